@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from typing import Any
 
 from balance.app.cli.arguments import Parser
 from balance.app.cli.model_options import load_model, parse_names
@@ -39,6 +40,18 @@ def add_matter_options(parser: Parser, purpose: str, required: bool = False) -> 
     )
 
 
+def add_move_option(parser: Parser) -> None:
+    """Add the option for links whose given matter may be moved."""
+    parser.group("matter").add_argument(
+        "--move",
+        action=_AddShares,
+        type=_link_shares,
+        default=[],
+        metavar="L1[=SHARE]",
+        help="links whose own mass may be placed anew there",
+    )
+
+
 def require_links(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if it has no links, and name those that there are."""
     if not arguments.links:
@@ -65,6 +78,8 @@ def check_matter_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"link '{name}' has two regions: give one")
     if getattr(arguments, "merge", False) and not arguments.out:
         arguments.refuse("--merge needs --out")
+    if getattr(arguments, "move", None) and arguments.payload is not None:
+        arguments.refuse("--move does not go with --payload, which is no mass of a link")
 
 
 class _AddNames(argparse.Action):
@@ -82,6 +97,41 @@ class _AddNames(argparse.Action):
         if len(set(names)) < len(names):
             raise argparse.ArgumentError(self, "a link is named twice: name each once")
         setattr(namespace, self.dest, names)
+
+
+class _AddShares(argparse.Action):
+    """Collect shares of links over repeated options, each link once."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Add the links of one option."""
+        pairs = [*getattr(namespace, self.dest), *values]
+        if len(dict(pairs)) < len(pairs):
+            raise argparse.ArgumentError(self, "a link is named twice: name each once")
+        setattr(namespace, self.dest, pairs)
+
+
+def _link_shares(text: str) -> list[tuple[str, float]]:
+    """Parse links with shares of their mass, of ``a,b=30%,c=0.3``; all of it without one."""
+    pairs = []
+    for word in text.split(","):
+        name, equals, share = word.strip().partition("=")
+        try:
+            value = 0.01 * float(share[:-1]) if share.endswith("%") else float(share or 1.0)
+        except ValueError:
+            value = 0.0
+        if not name or (equals and not share) or not 0.0 < value <= 1.0:
+            raise argparse.ArgumentTypeError(
+                f"'{text}' is not a list of links, with a share of their mass above 0 and up "
+                "to 100 %: write crank, or crank=30%"
+            )
+        pairs.append((name, value))
+    return pairs
 
 
 def _link_names(text: str) -> list[str]:

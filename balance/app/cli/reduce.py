@@ -18,6 +18,7 @@ from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import (
     add_matter_options,
     add_merge_option,
+    add_move_option,
     check_matter_options,
     require_links,
 )
@@ -69,7 +70,7 @@ MOST_BUDGET = 1e9
 # Options on the shaking along motions, and on what is made of it.
 OF_MOTIONS = (
     *("csv", "tool_path", "speed", "about", "density", "thickness", "points", "minimise"),
-    *("pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts", "plot", "html"),
+    *("move", "pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts", "plot", "html"),
 )
 # What to write in place of options of `balance counterweights`.
 ELSEWHERE = {
@@ -94,6 +95,7 @@ def add_reduce(parser: Parser) -> None:
     add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
     add_matter_options(parser, "links that may get matter", required=True)
+    add_move_option(parser)
     add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage", points=True)
     _add_least_options(parser)
@@ -104,9 +106,8 @@ def add_reduce(parser: Parser) -> None:
     add_picture_option(parser, "what is left against the added mass")
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
-        "balance reduce robot.urdf --links crank --speed 300rpm --budget 1.5",
+        "balance reduce robot.urdf --links crank --speed 300rpm --budget 1 --out a.urdf",
         "balance reduce robot.urdf --links crank --budget 1 --require 'force; gravity'",
-        "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
     )
 
 
@@ -294,6 +295,7 @@ def _front(
             "about": arguments.about,
             "thickness": arguments.thickness,
             "minimise": arguments.minimise or OBJECTIVES[0],
+            "move": dict(arguments.move),
             "density": densities_of(arguments, names_of_links(space, arguments.links)),
         }
         links, given = arguments.links, ShakingOptions(**options)

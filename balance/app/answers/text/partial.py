@@ -11,6 +11,7 @@ from balance.app.answers.answer import MISSING, AnswerBody, AnswerPart, AnswerTa
 from balance.app.answers.text.counterweights import (
     counterweight_rows,
     density_facts,
+    moved_facts,
     part_lines,
 )
 from balance.app.answers.text.linkage import linkage_facts
@@ -57,6 +58,7 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
             )
         if given.force_off > 0.0 or best.shaking.force_off > 0.0:
             pairs.append(("tables", _rounding_text(best)))
+        pairs += moved_facts(best.moved)
         pairs += [*density_facts(best.weights), *_room_facts(best), *_drives(best)]
     return pairs
 

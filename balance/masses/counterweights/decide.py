@@ -18,13 +18,13 @@ from balance.masses.counterweights.program import (
     AddedProgram,
     AddedSolution,
     added_objective,
-    after_taking,
     build_added_program,
     certificate_dual,
     solve_added,
 )
 from balance.masses.counterweights.quadratic_minimum import least_values
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.volume.settled_shares import settled
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.designs.verdicts import TOO_NARROW, UNCHECKED_MATTER, UNSETTLED
 from balance.space.inertial_parameters.conversions import to_chain
@@ -142,19 +142,22 @@ def _balanced(
 ) -> Counterweights:
     """Return the verdict with counterweights, if their check accepts them."""
     space, kinds = program.space, list(program.regions.values())
-    shares = program.taken.rounded(solution.shares)
+    shares = solution.shares
     least = max(LUMP_FIT, LUMP_MASS_ZERO * float(solution.moments[:, 3, 3].sum()))
     force = space.balance == "force"
     rough = [
         lumps_of(region, P, force, least)
         for region, P in zip(kinds, solution.moments, strict=True)
     ]
-    masses = np.maximum(solution.moments[:, 3, 3], shares * program.taken.masses)
-    fixed = after_taking(program, shares, np.flatnonzero(shares), masses)
-    lumps = refine_lumps(kinds, fixed.rows, fixed.target, rough)
+    none = np.zeros_like(shares)
+    placed = solution.moments[:, 3, 3]
+    fixed = settled(program, program.cost, solution.dual, shares, placed, none, last=True)
+    rows, target = fixed.program.rows, fixed.program.target
+    lumps = refine_lumps(kinds, rows, target, rough)
     if not program.inertia[0].size:
-        fewer = fewer_lumps(fixed.rows, program.cost, lumps)
-        lumps = refine_lumps(kinds, fixed.rows, fixed.target, fewer)
+        fewer = fewer_lumps(rows, fixed.prices, lumps)
+        lumps = refine_lumps(kinds, rows, target, fewer)
+    shares = fixed.shares_of(program, np.array([cluster.moments for cluster in lumps]))
     z = with_moments(program, np.array([cluster.moments for cluster in lumps]), shares)
     residual = balance_residual(space, z)
     inside = all(

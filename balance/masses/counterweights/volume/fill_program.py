@@ -38,7 +38,7 @@ import numpy as np
 
 from balance.masses.counterweights.moved_matter import shifted
 from balance.masses.counterweights.program import AddedProgram, added_objective, after_taking
-from balance.masses.counterweights.volume.settled_shares import settled
+from balance.masses.counterweights.volume.settled_shares import NO_LINKS, settled, with_shares
 from balance.masses.counterweights.volume.stock import (
     COARSE,
     FINE,
@@ -62,7 +62,6 @@ from balance.support.tolerances import (
     FILL_ROUND_OFF,
     FILLING_GAP_PROVED,
     MASS_GAP,
-    SHARE_ZERO,
 )
 from kinematics.numerics.array_types import Array
 
@@ -187,22 +186,33 @@ def fill_least(
     for gap in FILL_GAPS[1:] if columns.heavy else FILL_GAPS:
         dual = columns.generate(gap)[1]
         prices = columns.prices(dual)
+        forms = columns.forms(dual)
         fixed = settled(
-            program, prices, columns.shares, columns.placed, columns.shifts(columns.forms(dual))
+            program,
+            prices,
+            dual[:rank],
+            columns.shares,
+            columns.placed,
+            columns.shifts(forms),
+            gap == FILL_GAPS[-1],
         )
-        start = np.append(dual[:rank], fixed.more)
-        y, seen = _maximise(fixed.program, stocks, fixed.prices, start)
-        forms = forms_of(fixed.program, y, fixed.prices)
+        eta, seen = _maximise(fixed.program, stocks, fixed.prices, fixed.start)
+        forms = forms_of(fixed.program, eta, fixed.prices)
         moments = _fill_all(program, seen, forms)
-        shares = fixed.shares_of(moments)
-        residual = after_taking(program, shares, np.empty(0, np.int64), shares).target
+        shares = fixed.shares_of(program, moments)
+        residual = after_taking(program, shares, NO_LINKS, shares).target
         residual = residual - _conditions_of(program, moments)
-        dual = np.append(y[:rank], dual[rank:])
-        held = forms * moments
-        if prove:
+        dual = np.append(fixed.multipliers(eta)[:rank], dual[rank:])
+        bound = columns.fixed(dual)
+        held, bare = forms * moments, columns.forms(dual)
+        if program.taken.links:
+            # A link from which nothing is taken may have a better shift than none.
+            best = shifted(bare, columns.shifts(bare))
+            bound -= columns.gains(bare, best)
+            held = _support_functions(program, stocks, best)
+        elif prove:
             held = _support_functions(program, seen, forms)
-        gains = columns.gains(columns.forms(dual), forms)
-        bound = columns.fixed(dual) - float(np.sum(held)) - gains
+        bound -= float(np.sum(held))
         value = added_objective(program, list(moments), shares)[1]
         # Newton's method improves y, and not the matrices of moments of inertia, nor which
         # shares are the largest.
@@ -293,13 +303,8 @@ class _Columns:
         return self.program.taken.shifts(self.stocks, forms, self.price_of_moving, factor, COARSE)
 
     def gains(self, forms: Array, seen: Array) -> float:
-        """Compute what moving adds to the support functions of shifted forms.
-
-        Infinite if a shift is negative, which proves nothing.
-        """
+        """Compute what moving adds to the support functions of shifted forms."""
         shifts = (seen - forms)[:, 3, 3]
-        if shifts.min() < -SHARE_ZERO * float(np.abs(forms).max()):
-            return np.inf
         return float(self.program.taken.gains(forms, shifts, self.price_of_moving).sum())
 
     def generate(
@@ -382,7 +387,9 @@ class _Columns:
             blocks += [ConstraintBlock("psd_triangle", 3)] * links
             end += 6 * links
         if program.taken.links:
-            q, rows, offset = self._with_shares(q, rows, offset, parts[:, :, 3, 3])
+            q, rows, offset = with_shares(
+                program, self.cost, self.price_of_moving, (q, rows, offset), parts[:, :, 3, 3]
+            )
             blocks.append(ConstraintBlock("nonnegative", len(rows) - end))
         solution = solve_conic(q, rows, offset, blocks)
         dual = np.append(solution.dual[:rank], solution.dual[rank + n + links : end])
@@ -392,28 +399,6 @@ class _Columns:
         self.placed = (mixture * parts[:, :, 3, 3]).sum(axis=0)
         self.shares[taken] = solution.x[len(q) - len(taken) :]
         return float(q @ solution.x), dual, mixture
-
-    def _with_shares(
-        self, q: Array, rows: Array, offset: Array, masses: Array
-    ) -> tuple[Array, Array, Array]:
-        """Add shares to a master: objective, rows and offset; masses of parts (parts, links)."""
-        program, taken = self.program, self.program.taken
-        n, links = masses.size, taken.links
-        P, more = triangles(taken.matter), np.zeros((len(rows), len(links)))
-        limits = np.zeros((3 * len(links), len(q) + len(links)))
-        price = self.price_of_moving * taken.masses - np.einsum("lj,lj->l", self.cost, P)
-        for i, k in enumerate(links):
-            more[: program.target.size, i] = -program.rows[k] @ P[k]
-            if self.heavy:
-                at = len(rows) - 6 * (masses.shape[1] - k)
-                more[at : at + 6, i] = program.inertia[0][k] @ P[k]
-            limits[3 * i : 3 * i + 2, len(q) + i] = 1.0, -1.0
-            of_link = np.zeros_like(masses)
-            of_link[:, k] = masses[:, k] / taken.masses[k]
-            limits[3 * i + 2, :n], limits[3 * i + 2, len(q) + i] = of_link.reshape(-1), -1.0
-        most = np.ravel([[0.0, taken.most[k], 0.0] for k in links])
-        rows = np.vstack([np.hstack([rows, more]), limits])
-        return np.append(q, price[links]), rows, np.append(offset, most)
 
     def _inertia_rows(self, vectors: Array) -> Array:
         """Build the rows of ``t - I_b``: shares of parts (count, links, 10), and t."""

@@ -397,6 +397,9 @@ WORDS: dict[str, Maker] = {
     ),
     "--links": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
+    "--move": lambda rng, place: [
+        _one(rng, place.names.links, 0.05) + rng.choice(("", "=30%", "=0.5", "=0", "=x"))
+    ],
     "--shape": _of("disc=5mm/8mm", "block=1cm", "sector=1cm,0.1", "cylinder=1cm", "disc=0"),
     "--parts": lambda rng, place: [_out(rng, place, "parts")],
     "--only": _of("own_masses", "partial", "own_masses,partial", "wheel"),

@@ -250,6 +250,8 @@ PSEUDO_INERTIA_SINGULAR = 1e-12
 INSIDE_REGION = 1e-9
 # The same for stationary points of a polynomial: round-off.
 STATIONARY_INSIDE = 1e-12
+# Part by which the hull of a mesh may hold more than the mesh: facets of doubles and of floats.
+MESH_CONVEX = 1e-5
 # Smallest extent of a hull of points over the largest: a flatter one has no volume.
 HULL_FLAT = 1e-9
 # Determinant of the sides of a tetrahedron in unit coordinates: a smaller one is flat.

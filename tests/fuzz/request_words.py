@@ -152,6 +152,7 @@ def _region(rng: random.Random, place: Place) -> str:
         "ellipsoid({0},{1},0,{3},1,1)",
         "cylinder(0,0,0,{0},{1},1,{2},{3})",
         "collision",
+        "mesh(part.stl,{0})",
         "ball({0})",
         "cube(1)",
         "",

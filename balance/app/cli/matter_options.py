@@ -36,7 +36,7 @@ def add_matter_options(parser: Parser, purpose: str, required: bool = False) -> 
         type=_link_region,
         default=[],
         metavar="L=SHAPE",
-        help="ball(x,y,z,r), box(x0:x1,y0:y1,z0:z1), collision …",
+        help="ball(x,y,z,r), box(x0:x1,y0:y1,z0:z1), mesh(F.stl) …",
     )
 
 
@@ -145,7 +145,7 @@ def _link_names(text: str) -> list[str]:
 def _link_region(text: str) -> tuple[str, str]:
     """Parse link and shape of ``L=SHAPE``."""
     from balance.masses.counterweights.link_regions import COLLISION
-    from balance.masses.counterweights.region_text import read_region
+    from balance.masses.counterweights.region_text import is_mesh, read_region
 
     name, _, shape = text.rpartition("=")
     if not name:
@@ -153,7 +153,8 @@ def _link_region(text: str) -> tuple[str, str]:
             f"'{text}' is not L=SHAPE, such as crank=ball(0,0,0,0.1)"
         )
     try:
-        if shape.strip() != COLLISION:
+        # A file that cannot be read is no wrong option: the command reads it.
+        if shape.strip() != COLLISION and not is_mesh(shape):
             read_region(shape)
     except UsageError as error:
         raise argparse.ArgumentTypeError(f"link '{name}': {error}") from None

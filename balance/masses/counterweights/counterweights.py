@@ -86,7 +86,8 @@ def counterweights(
         links: names of the links to which matter may be added.
         regions: where, by name: a `Region` of the link frame, or its text, such as
             ``ball(0,0,0,0.1)``, ``box(-0.2:0,-0.1:0.1,0:0.1)``,
-            ``cylinder(x,y,z,ax,ay,az,r,length)``, ``ellipsoid(x,y,z,a,b,c)`` in metres, or
+            ``cylinder(x,y,z,ax,ay,az,r,length)``, ``ellipsoid(x,y,z,a,b,c)`` in metres,
+            ``mesh(FILE.stl,1mm)``, a closed convex mesh in the link frame and its unit, or
             ``collision``, the convex hull of the link's collision elements. By default a ball
             about the joint that carries the link, of half its length.
         minimise: ``"mass"``: added mass, kg; ``"inertia"``: the largest principal moment of
@@ -126,6 +127,7 @@ def counterweights(
 
     Raises:
         BodyError: a body is unknown, or part of the ground.
+        FileError: the mesh of a region cannot be read, or is not closed and convex.
         UsageError: no link is named, one is named twice, or a region, a density, the thickness
             or the price is wrong.
         ValueError: there is no such objective.

@@ -70,7 +70,17 @@ MOST_BUDGET = 1e9
 # Options on the shaking along motions, and on what is made of it.
 OF_MOTIONS = (
     *("csv", "tool_path", "speed", "about", "density", "thickness", "points", "minimise"),
-    *("move", "pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts", "plot", "html"),
+    *(
+        "move",
+        "pareto",
+        "weight_moment",
+        "max_bearing",
+        "max_torque",
+        "frame",
+        "parts",
+        "plot",
+        "html",
+    ),
 )
 # What to write in place of options of `balance counterweights`.
 ELSEWHERE = {

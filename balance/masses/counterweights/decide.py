@@ -41,7 +41,6 @@ from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
-from kinematics.wording import number_text
 
 
 def decide(

@@ -300,7 +300,9 @@ class _Columns:
         if not self.program.taken.links:
             return np.zeros(len(forms))
         factor = (factor if np.isfinite(factor) else 1.0) / self.program.unit
-        return self.program.taken.shifts(self.stocks, forms, self.price_of_moving, factor, COARSE)
+        return self.program.taken.shifts(
+            self.stocks, forms, self.price_of_moving, factor, COARSE
+        )
 
     def gains(self, forms: Array, seen: Array) -> float:
         """Compute what moving adds to the support functions of shifted forms."""

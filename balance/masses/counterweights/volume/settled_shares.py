@@ -1,11 +1,11 @@
-"""Shares that are moved: in a master program of `fill_program`, and for Newton's method after it.
+"""Shares that are moved: in a master program of `fill_program`, and for Newton's method.
 
-That needs equations, and a dual that is smooth. A link whose matter may be moved has one of these:
+That needs equations, and a dual that is smooth. A link whose matter may be moved has one of:
 
 - nothing, or the largest share, is taken and more is placed: the share stays.
-- A share between is taken, and more is placed: what is taken is worth nothing, ``<Q, P> = -price
-  m``, which is an equation for the multipliers y. They are ``y_0 + N η`` then, and the share is the
-  multiplier of that equation.
+- A share between is taken, and more is placed: what is taken is worth nothing,
+  ``<Q, P> = -price m``, which is an equation for the multipliers y. They are ``y_0 + N η`` then,
+  and the share is the multiplier of that equation.
 - As much is placed as was taken: the share follows from what is placed.
 - As much is placed as may be taken: one more condition.
 """

@@ -168,9 +168,7 @@ def test_cells_bound_the_least_mass_from_both_sides(seed, tmp_path):
     move = shares_of(space, add, seed)
     points = point_counterweights(space, add, texts, move=move, relax=False)
     density = 8.0 * max(weight.mean_density for weight in points.weights)
-    answer = balance.counterweights(
-        space, add, texts, density=density, move=move, relax=False
-    )
+    answer = balance.counterweights(space, add, texts, density=density, move=move, relax=False)
     low, high = least_masses(space, answer.regions, density, 6000, move)
     assert answer.weights and answer.gap <= 1e-8
     assert low <= answer.priced * (1.0 + 1e-8) and answer.priced <= high * (1.0 + 1e-8)

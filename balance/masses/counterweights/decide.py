@@ -7,12 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights
-from balance.masses.counterweights.counterweight import counterweight_of
-from balance.masses.counterweights.exclusion import check_exclusion, describe_exclusion
-from balance.masses.counterweights.lumps import fewer_lumps, lumps_of, refine_lumps
-from balance.masses.counterweights.moved_matter import moved_masses
-from balance.masses.counterweights.program import (
+from balance.masses.counterweights.added_program import (
     IDLE_MASS_PRICE,
     AddedObjective,
     AddedProgram,
@@ -22,6 +17,11 @@ from balance.masses.counterweights.program import (
     certificate_dual,
     solve_added,
 )
+from balance.masses.counterweights.counterweight import counterweight_of
+from balance.masses.counterweights.counterweights_result import Counterweights
+from balance.masses.counterweights.exclusion import check_exclusion, describe_exclusion
+from balance.masses.counterweights.lumps import fewer_lumps, lumps_of, refine_lumps
+from balance.masses.counterweights.moved_matter import moved_masses
 from balance.masses.counterweights.quadratic_minimum import least_values
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.settled_shares import settled
@@ -64,26 +64,17 @@ def decide(
     moved = moved or {}
     names = {space.bodies[b]: region for b, region in regions.items()}
     given_mass = float(given_parameters(space)[:, 0].sum())
+    program = build_added_program(space, regions, minimise, price, moved)
     blank = Counterweights(
-        space=space,
-        verdict="undecided",
-        minimise=minimise,
-        value=None,
-        gap=None,
-        regions=names,
-        chosen=(),
-        weights=(),
-        z=None,
-        residual=None,
-        certificate=None,
-        check=None,
-        relaxations=(),
-        given_mass=given_mass,
+        space,
+        "undecided",
+        minimise,
+        names,
+        given_mass,
         words=f"undecided: {UNCHECKED_MATTER}",
+        price=program.idle * space.length**2,
         movable={space.bodies[b]: share for b, share in moved.items()},
     )
-    program = build_added_program(space, regions, minimise, price, moved)
-    blank = replace(blank, price=program.idle * space.length**2)
     if space.as_given.balanced:
         return _keep_given_masses(blank, program)
     if _left_over(program):

@@ -22,7 +22,7 @@ from balance.masses.partial.least_shaking import (
     quadratic_factor,
 )
 from balance.masses.partial.motion_loads import AddedParameters, MotionLoads, motion_loads
-from balance.masses.partial.objectives import (
+from balance.masses.partial.shaking_objectives import (
     PartialObjective,
     check_objective,
     harmonic_rows,
@@ -60,7 +60,7 @@ class ShakingOptions:
         about: point in the inertial frame for moments, metres.
         density: density that added matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates of added matter, m.
-        minimise: the objective; see `balance.masses.partial.objectives.PartialObjective`.
+        minimise: the objective; see `PartialObjective`.
         move: largest share of the given mass of links that may be moved, by name.
     """
 

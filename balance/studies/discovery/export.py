@@ -20,7 +20,7 @@ import numpy as np
 from balance.masses.designs.best_design import Design, design
 from balance.masses.designs.feasibility import feasible
 from balance.masses.designs.write_urdf import replace_inertials
-from balance.motion.verification.result import Verification
+from balance.motion.verification.verification import Verification
 from balance.motion.verification.verify_motions import verify
 from balance.space.certification.certify_space import certify
 from balance.space.spaces.compute_space import design_space

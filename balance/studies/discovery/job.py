@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from balance.studies.discovery.buildable_walk import margins, walk_to_buildable
-from balance.studies.discovery.judge import judge_geometries
 from balance.studies.discovery.lane_motion import freedoms
 from balance.studies.discovery.polish import move_away, polish
+from balance.studies.discovery.rejections import judge_geometries
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology, topology
 from balance.studies.discovery.walk import (

@@ -36,8 +36,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from balance.masses.counterweights.added_program import (
+    AddedProgram,
+    added_objective,
+    after_taking,
+)
 from balance.masses.counterweights.moved_matter import shifted
-from balance.masses.counterweights.program import AddedProgram, added_objective, after_taking
 from balance.masses.counterweights.volume.settled_shares import NO_LINKS, settled, with_shares
 from balance.masses.counterweights.volume.stock import (
     COARSE,

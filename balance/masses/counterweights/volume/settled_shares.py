@@ -4,8 +4,8 @@ That needs equations, and a dual that is smooth. A link whose matter may be move
 
 - nothing, or the largest share, is taken and more is placed: the share stays.
 - A share between is taken, and more is placed: what is taken is worth nothing,
-  ``<Q, P> = -price m``, which is an equation for the multipliers y. They are ``y_0 + N η`` then,
-  and the share is the multiplier of that equation.
+  ``<Q, P> = -price m``, which is an equation for the multipliers y. They are ``y_0 + N η``
+  then, and the share is the multiplier of that equation.
 - As much is placed as was taken: the share follows from what is placed.
 - As much is placed as may be taken: one more condition.
 """
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.program import (
+from balance.masses.counterweights.added_program import (
     AddedProgram,
     after_taking,
     orthonormal_conditions,

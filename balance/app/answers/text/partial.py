@@ -77,7 +77,8 @@ def _shaking_facts(
 
 def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
     """Say that the room of the regions, not the budget, limits what is left to shake."""
-    if not best.weights or best.mass > USED * best.budget or best.share < HARDLY_SHAKES:
+    full = best.mass >= USED * best.budget
+    if not best.weights or full or best.share < HARDLY_SHAKES:
         return []
     used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
     return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]

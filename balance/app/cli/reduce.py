@@ -68,17 +68,8 @@ MOST_BUDGET = 1e9
 # Options on the shaking along motions, and on what is made of it.
 OF_MOTIONS = (
     *("csv", "tool_path", "speed", "about", "density", "thickness", "points", "minimise"),
-    *(
-        "move",
-        "pareto",
-        "weight_moment",
-        "max_bearing",
-        "max_torque",
-        "frame",
-        "parts",
-        "plot",
-        "html",
-    ),
+    *("move", "pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts"),
+    *("plot", "html"),
 )
 # What to write in place of options of `balance counterweights`.
 ELSEWHERE = {
@@ -114,8 +105,9 @@ def add_reduce(parser: Parser) -> None:
     add_picture_option(parser, "what is left against the added mass")
     add_page_option(parser, "with the loads before and after")
     parser.add_examples(
-        "balance reduce robot.urdf --links crank --speed 300rpm --budget 1 --out a.urdf",
+        "balance reduce robot.urdf --links crank --speed 300rpm --budget 1.5",
         "balance reduce robot.urdf --links crank --budget 1 --require 'force; gravity'",
+        "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
     )
 
 

@@ -148,10 +148,8 @@ def counterweights(
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
-    choices = _wanted_shapes(asked, shape, minimise, density, thickness)
+    choices = _wanted_shapes(asked, shape, minimise, density, thickness, move)
     moved = moved_links(asked, body_regions, move)
-    if choices and moved:
-        raise UsageError("shapes are found for added matter: leave out what is to be moved")
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
         answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, relax, moved)
@@ -169,9 +167,8 @@ def counterweights(
 
     def mass_of(more: Mapping[int, Region]) -> float | None:
         if limits:
-            return balancing_mass(
-                asked, stocks_of(asked, more, with_further_links(limits, more)), moved
-            )
+            more_limits = with_further_links(limits, more)
+            return balancing_mass(asked, stocks_of(asked, more, more_limits), moved)
         helped = decide(asked, more, moved=moved)
         return helped.added_mass if helped.verdict == "feasible" else None
 
@@ -205,11 +202,14 @@ def _wanted_shapes(
     minimise: AddedObjective,
     density: float | Mapping[str, float] | None,
     thickness: float | None,
+    move: Mapping[str, float] | None,
 ) -> tuple[WeightShape, ...]:
     """Read a shape in its sizes, and check that what else is asked for goes with it."""
     if shape is None:
         return ()
     choices = read_weight_shapes(shape)
+    if move:
+        raise UsageError("shapes are found for added matter: leave out what is to be moved")
     if density is None:
         raise UsageError(
             f"shape {shape} has a volume, and point masses have none: give a density"

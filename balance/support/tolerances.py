@@ -250,6 +250,8 @@ PSEUDO_INERTIA_SINGULAR = 1e-12
 INSIDE_REGION = 1e-9
 # The same for stationary points of a polynomial: round-off.
 STATIONARY_INSIDE = 1e-12
+# Part by which the hull of a mesh may hold more than the mesh: facets of doubles and of floats.
+MESH_CONVEX = 1e-5
 # Smallest extent of a hull of points over the largest: a flatter one has no volume.
 HULL_FLAT = 1e-9
 # Determinant of the sides of a tetrahedron in unit coordinates: a smaller one is flat.
@@ -317,6 +319,13 @@ DENSITY_GAP = 1e-4
 # up to which a link gets nothing.
 FILLING_GAP = 1e-4
 FILLED_MASS_ZERO = 1e-9
+# Part of a shift of a form to which it is found; any shift proves a bound.
+SHIFT_ACCURACY = 1e-9
+# Share of the mass of a link that counts as none: the accuracy of the solver.
+SHARE_ZERO = 1e-7
+# Parts of a mass up to which no more is placed than was taken, and of a share up to which it is
+# the largest: the accuracy of a master program.
+PLACED_AS_TAKEN = 1e-6
 # Sine of the angle between a cylinder and the plane of a linkage, or its normal, up to which it
 # stands along it.
 PLATE_UPRIGHT = 1e-9

@@ -112,7 +112,7 @@ GOOD: dict[str, list[str]] = {
     "--price-of-mass": ["0.02", "--minimise", "rotor"],
     "counterweights --massless": ["{tool}"], "reduce --massless": ["{tool}"],
     "--links": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)"],
-    "--merge": ["--out", "{folder}/out.urdf"], "--budget": ["0.1"],
+    "--merge": ["--out", "{folder}/out.urdf"], "--budget": ["0.1"], "--move": ["{link}=30%"],
     "--shape": ["disc=0.02", "--density", "7850", "--balance", "force"],
     "--parts": ["{folder}/parts", "--density", "7850"],
     "--solids": ["--parts", "{folder}/parts"],

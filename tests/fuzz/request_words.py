@@ -148,7 +148,7 @@ def _region(rng: random.Random, place: Place) -> str:
         "ellipsoid({0},{1},0,{3},1,1)",
         "cylinder(0,0,0,{0},{1},1,{2},{3})",
         "collision",
-        "ball({0})",
+        "mesh(part.stl,{0})",
         "cube(1)",
         "",
     )
@@ -385,14 +385,14 @@ WORDS: dict[str, Maker] = {
     "--keep": lambda rng, place: [_one(rng, place.names.links, 0.05)],
     "--bounds": lambda rng, place: [_bounds(rng, place)],
     "--density": lambda rng, place: [_density(rng, place)],
-    "--weight-moment": lambda rng, place: [_number(rng)],
-    "--scale": lambda rng, place: [_number(rng)],
     **dict.fromkeys(
-        "--thickness --price-of-mass --budget --gear --rotor-radius --base-mass".split(),
+        "--thickness --price-of-mass --budget --gear --rotor-radius --base-mass --scale "
+        "--weight-moment".split(),
         lambda rng, place: [_number(rng)],
     ),
     "--links": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
+    "--move": lambda rng, place: [_one(rng, place.names.links) + rng.choice(["", "=3%", "=x"])],
     "--shape": _of("disc=5mm/8mm", "block=1cm", "sector=1cm,0.1", "cylinder=1cm", "disc=0"),
     "--parts": lambda rng, place: [_out(rng, place, "parts")],
     "--only": _of("own_masses", "partial", "own_masses,partial", "wheel"),

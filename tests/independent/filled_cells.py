@@ -42,12 +42,17 @@ def cells(region, count):
     return points[near], size, inside[near]
 
 
-def least_masses(space, regions, density, count):
-    """Lower and upper bound of the least mass that balances forces; infinite if none does."""
+def least_masses(space, regions, density, count, move=None):
+    """Lower and upper bound of the least mass that balances forces; infinite if none does.
+
+    Shares of the given masses in ``move`` may be taken, at a hundredth of the price, if at
+    least their mass is placed on the link again.
+    """
     rows, given = conditions(space), given_parameters(space)
     target = -rows @ given.reshape(-1)
     per_link = rows.reshape(len(rows), len(space.bodies), -1)
     columns, capacities, insides, slack, slack_owner = [], [], [], [], []
+    taken = []
     for k, (name, region) in enumerate(regions.items()):
         part = per_link[:, space.bodies.index(name)]
         points, size, inside = cells(region, count)
@@ -58,31 +63,41 @@ def least_masses(space, regions, density, count):
         values = point_parameters(space, to_inertial(space, name, ends))
         slack.append(part @ (values[1:] - values[0]).T)
         slack_owner += [k] * 3
+        if move and name in move:
+            body = given[space.bodies.index(name)]
+            taken.append((k, -part @ body, body[0], move[name]))
     A, cap = np.hstack(columns), np.concatenate(capacities)
     owner = np.repeat(np.arange(len(columns)), [column.shape[1] for column in columns])
     inner = np.concatenate(insides)
-    upper = _solve(A[:, inner], target, cap[inner], None, None)
-    lower = _solve(A, target, cap, np.hstack(slack), (owner, slack_owner))
+    none = np.zeros((len(A), 0)), []
+    upper = _solve(A[:, inner], target, cap[inner], owner[inner], *none, taken)
+    lower = _solve(A, target, cap, owner, np.hstack(slack), slack_owner, taken)
     return lower, upper
 
 
-def _solve(A, target, cap, slack, owners):
-    """Least mass of cells; with slacks of first moments up to the mass of their link."""
-    n = A.shape[1]
-    if slack is None:
-        answer = linprog(
-            np.ones(n), A_eq=A, b_eq=target, bounds=np.column_stack([0 * cap, cap])
-        )
-    else:
-        owner, slack_owner = owners
-        k = slack.shape[1]
-        limit = np.array([-(owner == b).astype(float) for b in slack_owner])
-        answer = linprog(
-            np.append(np.ones(n), np.zeros(k)),
-            A_ub=np.block([[limit, np.eye(k)], [limit, -np.eye(k)]]),
-            b_ub=np.zeros(2 * k),
-            A_eq=np.hstack([A, slack]),
-            b_eq=target,
-            bounds=[*zip(0 * cap, cap, strict=True), *[(None, None)] * k],
-        )
+def _solve(A, target, cap, owner, slack, slack_owner, taken):
+    """Least mass of cells; slacks of first moments are up to the mass of their link."""
+    n, k, t = A.shape[1], slack.shape[1], len(taken)
+    limit = np.array([-(owner == b).astype(float) for b in slack_owner]).reshape(k, n)
+    placed = np.array([-(owner == b).astype(float) for b, *_ in taken]).reshape(t, n)
+    masses = np.array([mass for _, _, mass, _ in taken])
+    shares = np.array([column for _, column, _, _ in taken]).reshape(t, len(A)).T
+    answer = linprog(
+        np.concatenate([np.ones(n), np.zeros(k), -0.99 * masses]),
+        A_ub=np.block(
+            [
+                [limit, np.eye(k), np.zeros((k, t))],
+                [limit, -np.eye(k), np.zeros((k, t))],
+                [placed, np.zeros((t, k)), np.diag(masses)],
+            ]
+        ),
+        b_ub=np.zeros(2 * k + t),
+        A_eq=np.hstack([A, slack, shares]),
+        b_eq=target,
+        bounds=[
+            *zip(0 * cap, cap, strict=True),
+            *[(None, None)] * k,
+            *[(0.0, most) for *_, most in taken],
+        ],
+    )
     return answer.fun if answer.status == 0 else np.inf

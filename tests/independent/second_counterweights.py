@@ -155,8 +155,12 @@ def quadratic_parameters(space, name, region):
     return found
 
 
-def by_cvxpy(space, regions):
-    """Verdict and least added mass, from cones over the moments of each link."""
+def by_cvxpy(space, regions, move=None):
+    """Verdict and least added mass, from cones over the moments of each link.
+
+    Shares of the given masses in ``move`` may be taken, at a hundredth of the price, if at
+    least their mass is placed on the link again.
+    """
     import cvxpy as cp
 
     C, given = conditions(space), given_parameters(space)
@@ -175,6 +179,11 @@ def by_cvxpy(space, regions):
             total = total + own @ forms.reshape(count, 16) @ cp.vec(P, order="C")
         limits += more
         masses.append(m)
+        if move and name in move:
+            theta, mass = cp.Variable(nonneg=True), given[b, 0] / unit
+            limits += [theta <= move[name], m >= theta * mass]
+            total = total - own @ given[b] / unit * theta
+            masses.append(-0.99 * mass * theta)
     size = np.abs(C @ (given.reshape(-1) / unit)).max()
     problem = cp.Problem(cp.Minimize(cp.sum(cp.hstack(masses))), [*limits, total == 0])
     for solver, options in ((cp.CLARABEL, {}), (cp.SCS, {"eps": 1e-9, "max_iters": 50_000})):

@@ -61,7 +61,8 @@ class HelpText(argparse.RawDescriptionHelpFormatter):
         if self._heading == NAMED_ALONE:
             self.add_text(" ".join(action.option_strings[0] for action in actions))
         else:
-            super().add_arguments(actions)
+            # The text of another option tells some of them beside it.
+            super().add_arguments(x for x in actions if not getattr(x, "told_beside", False))
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         """Wrap a description; keep the lines of examples."""

@@ -17,6 +17,7 @@ from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import (
     add_matter_options,
     add_merge_option,
+    add_move_option,
     check_matter_options,
     require_links,
 )
@@ -93,6 +94,7 @@ def add_counterweights(parser: Parser) -> None:
         metavar="X",
         help="X length² for inertia, rotor (0.01)",
     )
+    add_move_option(parser)
     add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage", points=True)
     parser.group("matter").add_argument(
@@ -146,6 +148,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             thickness=arguments.thickness,
             price_of_mass=IDLE_MASS_PRICE if given is None else given,
             shape=arguments.shape,
+            move=dict(arguments.move),
         )
         matter, told = _with_loads(arguments, matter)
         load = _load_data(arguments, space)
@@ -206,6 +209,8 @@ def _check_objective(arguments: argparse.Namespace) -> None:
     if price is not None and price < 0.0:
         arguments.refuse(f"--price-of-mass {price:g}: a price is not negative")
     check_density_options(arguments)
+    if arguments.shape and arguments.move:
+        arguments.refuse("--shape is for added matter: leave out --move")
     if arguments.shape and without_density(arguments):
         arguments.refuse("--shape: point masses have none; leave out --points")
     if arguments.shape and (objective != "mass" or arguments.thickness is not None):

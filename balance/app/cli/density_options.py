@@ -29,7 +29,9 @@ def add_density_options(
         type=_density_or_none,
         default=[],
         metavar="[L=]KG/M3",
-        help="at most: 7850, 7.85g/cm3, lead, none (steel)",
+        help="at most 7850, 7.85g/cm3, none = --points (steel)"
+        if points
+        else "at most: 7850, 7.85g/cm3, lead, none (steel)",
     )
     parser.group(group).add_argument(
         "--thickness",
@@ -38,9 +40,10 @@ def add_density_options(
         help=f"of {whose}{'' if points else ' (default 1/20 of the size)'}",
     )
     if points:
-        parser.group(group).add_argument(
+        option = parser.group(group).add_argument(
             "--points", action="store_true", help="point masses: matter of any density"
         )
+        option.told_beside = True  # type: ignore[attr-defined]
 
 
 def add_density_option(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from typing import Any
 
 from balance.app.cli.arguments import Parser
 from balance.app.cli.model_options import load_model, parse_names
@@ -35,7 +36,19 @@ def add_matter_options(parser: Parser, purpose: str, required: bool = False) -> 
         type=_link_region,
         default=[],
         metavar="L=SHAPE",
-        help="ball(x,y,z,r), box(x0:x1,y0:y1,z0:z1), collision …",
+        help="ball(x,y,z,r), box(x0:x1,y0:y1,z0:z1), mesh(F) …",
+    )
+
+
+def add_move_option(parser: Parser) -> None:
+    """Add the option for links whose given matter may be moved."""
+    parser.group("matter").add_argument(
+        "--move",
+        action=_AddShares,
+        type=_link_shares,
+        default=[],
+        metavar="L1[=SHARE]",
+        help="links whose own mass may be placed anew there",
     )
 
 
@@ -65,6 +78,8 @@ def check_matter_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"link '{name}' has two regions: give one")
     if getattr(arguments, "merge", False) and not arguments.out:
         arguments.refuse("--merge needs --out")
+    if getattr(arguments, "move", None) and arguments.payload is not None:
+        arguments.refuse("--move does not go with --payload, which is no mass of a link")
 
 
 class _AddNames(argparse.Action):
@@ -84,6 +99,41 @@ class _AddNames(argparse.Action):
         setattr(namespace, self.dest, names)
 
 
+class _AddShares(argparse.Action):
+    """Collect shares of links over repeated options, each link once."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Add the links of one option."""
+        pairs = [*getattr(namespace, self.dest), *values]
+        if len(dict(pairs)) < len(pairs):
+            raise argparse.ArgumentError(self, "a link is named twice: name each once")
+        setattr(namespace, self.dest, pairs)
+
+
+def _link_shares(text: str) -> list[tuple[str, float]]:
+    """Parse links with shares of their mass, of ``a,b=30%,c=0.3``; all of it without one."""
+    pairs = []
+    for word in text.split(","):
+        name, equals, share = word.strip().partition("=")
+        try:
+            value = 0.01 * float(share[:-1]) if share.endswith("%") else float(share or 1.0)
+        except ValueError:
+            value = 0.0
+        if not name or (equals and not share) or not 0.0 < value <= 1.0:
+            raise argparse.ArgumentTypeError(
+                f"'{text}' is not a list of links, with a share of their mass above 0 and up "
+                "to 100 %: write crank, or crank=30%"
+            )
+        pairs.append((name, value))
+    return pairs
+
+
 def _link_names(text: str) -> list[str]:
     """Parse names of ``a,b``, each once."""
     names = parse_names(text)
@@ -95,7 +145,7 @@ def _link_names(text: str) -> list[str]:
 def _link_region(text: str) -> tuple[str, str]:
     """Parse link and shape of ``L=SHAPE``."""
     from balance.masses.counterweights.link_regions import COLLISION
-    from balance.masses.counterweights.region_text import read_region
+    from balance.masses.counterweights.region_text import is_mesh, read_region
 
     name, _, shape = text.rpartition("=")
     if not name:
@@ -103,7 +153,8 @@ def _link_region(text: str) -> tuple[str, str]:
             f"'{text}' is not L=SHAPE, such as crank=ball(0,0,0,0.1)"
         )
     try:
-        if shape.strip() != COLLISION:
+        # A file that cannot be read is no wrong option: the command reads it.
+        if shape.strip() != COLLISION and not is_mesh(shape):
             read_region(shape)
     except UsageError as error:
         raise argparse.ArgumentTypeError(f"link '{name}': {error}") from None

@@ -18,6 +18,7 @@ from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import (
     add_matter_options,
     add_merge_option,
+    add_move_option,
     check_matter_options,
     require_links,
 )
@@ -67,7 +68,8 @@ MOST_BUDGET = 1e9
 # Options on the shaking along motions, and on what is made of it.
 OF_MOTIONS = (
     *("csv", "tool_path", "speed", "about", "density", "thickness", "points", "minimise"),
-    *("pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts", "plot", "html"),
+    *("move", "pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts"),
+    *("plot", "html"),
 )
 # What to write in place of options of `balance counterweights`.
 ELSEWHERE = {
@@ -92,6 +94,7 @@ def add_reduce(parser: Parser) -> None:
     add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
     add_matter_options(parser, "links that may get matter", required=True)
+    add_move_option(parser)
     add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage", points=True)
     _add_least_options(parser)
@@ -292,6 +295,7 @@ def _front(
             "about": arguments.about,
             "thickness": arguments.thickness,
             "minimise": arguments.minimise or OBJECTIVES[0],
+            "move": dict(arguments.move),
             "density": densities_of(arguments, names_of_links(space, arguments.links)),
         }
         links, given = arguments.links, ShakingOptions(**options)

@@ -24,10 +24,17 @@ import numpy as np
 from balance.masses.counterweights.added_matter import (
     MomentCone,
     first_moment_cone,
+    homogeneous,
     lump_cone,
     moment_cone,
     parameters_per_moment,
     symmetric_basis,
+)
+from balance.masses.counterweights.moved_matter import (
+    PRICE_OF_MOVING,
+    Taken,
+    shifted,
+    taken_from,
 )
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.objectives import rotor_weights
@@ -41,7 +48,7 @@ from balance.support.clarabel_adapter import (
     triangles,
 )
 from balance.support.tolerances import CONDITION_WITHOUT_MATTER
-from kinematics.numerics.array_types import Array
+from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.vectors import project_out
 
 # Price of mass for the objectives inertia and rotor, in squares of the characteristic length,
@@ -71,6 +78,7 @@ class AddedProgram(NamedTuple):
         scale: SI units per unit of the objective.
         constant: objective of the given masses alone, SI units.
         idle: part of ``cost`` that is a price on mass besides the objective.
+        taken: what may be taken from the links; ΔP is what is placed less what is taken.
     """
 
     space: DesignSpace
@@ -86,6 +94,18 @@ class AddedProgram(NamedTuple):
     scale: float
     constant: float
     idle: float
+    taken: Taken
+
+    @property
+    def price_of_moving(self) -> float:
+        """Price of a unit of mass that is moved, in units of the objective."""
+        return PRICE_OF_MOVING * (self.idle or 1.0)
+
+    @property
+    def moved(self) -> dict[int, float]:
+        """Largest share of the given mass that may be moved, by position of the body."""
+        bodies = list(self.regions)
+        return {bodies[k]: float(self.taken.most[k]) for k in self.taken.links}
 
 
 class AddedSolution(NamedTuple):
@@ -93,17 +113,19 @@ class AddedSolution(NamedTuple):
 
     Attributes:
         infeasible: whether the solver found that no matter balances.
-        moments: ΔP of each link, in unit coordinates and units of mass (links, 4, 4); without
-            second moments if they do not count.
+        moments: what is placed on each link, in unit coordinates and units of mass
+            (links, 4, 4); without second moments if they do not count.
+        shares: share of the given mass that is taken from each link (links,).
         dual: y (ρ,).
         forms: polynomials ``c_b - y·A_b``, matrices (links, 4, 4) in unit coordinates; for an
             infeasible program without c_b.
-        bound: value of the dual, in units of the objective.
+        bound: value of the dual, in units of the objective, without its part on the shares.
         cones: the cones of the links; those of cylinders hold the points that were found.
     """
 
     infeasible: bool
     moments: Array
+    shares: Array
     dual: Array
     forms: Array
     bound: float
@@ -115,6 +137,7 @@ def build_added_program(
     regions: Mapping[int, Region],
     minimise: AddedObjective,
     price: float = IDLE_MASS_PRICE,
+    moved: Mapping[int, float] | None = None,
 ) -> AddedProgram:
     """Build the program of counterweights.
 
@@ -122,6 +145,7 @@ def build_added_program(
         regions: region by position of the body.
         price: price of mass for the objectives inertia and rotor, in squares of
             ``space.length``.
+        moved: largest share of the given mass that may be moved, by position of the body.
     """
     file = given_parameters(space)
     unit = float(file[:, 0].sum()) / len(file) or 1.0
@@ -154,6 +178,7 @@ def build_added_program(
         scale,
         constant,
         0.0 if minimise == "mass" else price,
+        taken_from(space, regions, moved or {}, unit),
     )
 
 
@@ -175,14 +200,15 @@ def certificate_dual(program: AddedProgram) -> Array:
 
 def _least_errors(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolution:
     """Minimise the sum of absolute errors of the conditions."""
-    q, rows, offset, parts = conic_arguments(program, cones)
+    with_shares = [program.taken.cone(k, cone) for k, cone in enumerate(cones)]
+    q, rows, offset, parts = conic_arguments(program, with_shares)
     rank, count = program.target.size, q.size
     more = np.zeros((len(rows) + 2 * rank, count + 2 * rank))
     more[: len(rows), :count] = rows
     more[:rank, count:] = np.hstack([np.eye(rank), -np.eye(rank)])
     more[len(rows) :, count:] = np.eye(2 * rank)
     solution = solve_conic(
-        np.append(q, np.ones(2 * rank)),
+        np.append(np.zeros(count), np.ones(2 * rank)),
         more,
         np.append(offset, np.zeros(2 * rank)),
         [*parts, ConstraintBlock("nonnegative", 2 * rank)],
@@ -190,7 +216,7 @@ def _least_errors(program: AddedProgram, cones: tuple[MomentCone, ...]) -> Added
     dual = solution.dual[:rank]
     forms = -np.einsum("r,lrj->lj", dual, program.rows) @ TRIANGLES[4].T
     none = np.zeros((len(cones), 4, 4))
-    return AddedSolution(True, none, dual, forms.reshape(-1, 4, 4), 0.0, cones)
+    return AddedSolution(True, none, none[:, 0, 0], dual, forms.reshape(-1, 4, 4), 0.0, cones)
 
 
 def _with_points(
@@ -209,7 +235,13 @@ def _with_points(
     while True:
         cones = exact | {k: lump_cone(p) for k, p in points.items()}
         solution = solve(program, tuple(cones[k] for k in range(len(cones))))
-        more = missing_points(program.regions, solution.forms, points)
+        # A point for matter that is moved is missing where it is better than those there are.
+        least = np.zeros(len(kinds))
+        for k in set(program.taken.links) & set(points):
+            p = homogeneous(points[k])
+            values = np.einsum("ni,ij,nj->n", p, solution.forms[k], p)
+            least[k] = max(0.0, float(values.min()))
+        more = missing_points(program.regions, shifted(solution.forms, -least), points)
         if not more:
             return solution
         points = {
@@ -217,24 +249,52 @@ def _with_points(
         }
 
 
-def added_objective(program: AddedProgram, moments: Sequence[Array]) -> tuple[float, float]:
+def added_objective(
+    program: AddedProgram, moments: Sequence[Array], shares: Array | None = None
+) -> tuple[float, float]:
     """Compute the objective of added matter.
 
     Args:
-        moments: ΔP of each link (4, 4), in unit coordinates and units of mass.
+        moments: what is placed on each link (4, 4), in unit coordinates and units of mass.
+        shares: share that is taken from the given mass of each link; none by default.
 
     Returns:
         Its value in SI units, and its value in the program: in the program's units, without
-        the given masses and with the price on mass.
+        the given masses and with the prices on mass.
     """
-    vectors = triangles(np.array(moments))
+    shares = np.zeros(len(moments)) if shares is None else shares
+    net = program.taken.net(np.array(moments), shares)
+    vectors = triangles(net)
+    idle = program.idle * float(net[:, 3, 3].sum())
+    idle += program.price_of_moving * float(shares @ program.taken.masses)
     priced = float(np.sum(program.cost * vectors))
-    idle = program.idle * float(np.sum([P[3, 3] for P in moments]))
+    priced += program.price_of_moving * float(shares @ program.taken.masses)
     if not program.inertia[0].size:
         return (priced - idle) * program.scale + program.constant, priced
     tensors = np.einsum("lij,lj->li", program.inertia[0], vectors) + program.inertia[1]
     largest = float(np.linalg.eigvalsh((tensors @ TRIANGLES[3].T).reshape(-1, 3, 3)).max())
     return largest * program.scale, largest + priced
+
+
+def after_taking(
+    program: AddedProgram, shares: Array, links: IntArray, masses: Array
+) -> AddedProgram:
+    """Return the conditions on what is placed, with the mass of some links, after taking.
+
+    Args:
+        program: the program.
+        shares: share that is taken from the given mass of each link (links,).
+        links: positions of links whose placed mass is prescribed too.
+        masses: the mass of each link, of which theirs count (links,).
+    """
+    P = triangles(shares[:, None, None] * program.taken.matter)
+    target = program.target + np.einsum("lrj,lj->r", program.rows, P)
+    more = np.zeros((len(shares), len(links), 10))
+    more[links, np.arange(len(links))] = triangles(np.diag([0.0, 0.0, 0.0, 1.0]))
+    return program._replace(
+        rows=np.concatenate([program.rows, more], axis=1),
+        target=np.append(target, masses[links]),
+    )
 
 
 def conic_arguments(
@@ -243,7 +303,8 @@ def conic_arguments(
     """Build arguments of `solve_conic`: the conditions, then the cones of the links.
 
     Args:
-        cones: cone of each link. For ``inertia``, the last variable is the upper bound.
+        cones: cone of each link, with the share that is taken from it. For ``inertia``, the
+            last variable is the upper bound.
 
     Returns:
         Objective, rows, offset and cones.
@@ -258,6 +319,9 @@ def conic_arguments(
         columns, moments = slice(at[k], at[k + 1]), triangles(cone.matrices).T
         rows[:rank, columns], q[columns] = program.rows[k] @ moments, program.cost[k] @ moments
         rows[row : row + len(cone.rows), columns] = cone.rows
+        offset[row : row + len(cone.rows)] = cone.constants
+        if program.taken.most[k]:
+            q[at[k + 1] - 1] += program.price_of_moving * program.taken.masses[k]
         parts += cone.parts
         row += len(cone.rows)
         if heavy:
@@ -275,19 +339,31 @@ def conic_arguments(
 
 def _solve(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolution:
     """Solve the program with these cones."""
+    taken = program.taken
+    cones = tuple(taken.cone(k, cone) for k, cone in enumerate(cones))
     q, rows, offset, parts = conic_arguments(program, cones)
     solution = solve_conic(q, rows, offset, parts)
     at, rank = np.cumsum([0, *(len(cone.matrices) for cone in cones)]), program.target.size
     moments = np.array(
         [cone.matrices.T @ solution.x[at[k] : at[k + 1]] for k, cone in enumerate(cones)]
     )
+    shares = np.zeros(len(cones))
+    shares[taken.links] = [solution.x[at[k + 1] - 1] for k in taken.links]
+    moments = taken.net(moments, -shares)
     dual = solution.dual[:rank]
     flat = -np.einsum("r,lrj->lj", dual, program.rows)
     if not solution.infeasible:
         flat = flat + program.cost + _inertia_prices(program, solution.dual, cones)
     forms = (flat @ TRIANGLES[4].T).reshape(-1, 4, 4)
-    bound = -float(offset @ solution.dual)
-    return AddedSolution(solution.infeasible, moments, dual, forms, bound, cones)
+    bound = -float((offset - _constants(program, cones)) @ solution.dual)
+    return AddedSolution(solution.infeasible, moments, shares, dual, forms, bound, cones)
+
+
+def _constants(program: AddedProgram, cones: Sequence[MomentCone]) -> Array:
+    """Return the constants of the cones alone, in the rows of `conic_arguments`."""
+    more = [6 * (program.inertia[0].size > 0)] * len(cones)
+    padded = [np.pad(cone.constants, (0, n)) for cone, n in zip(cones, more, strict=True)]
+    return np.concatenate([np.zeros(program.target.size), *padded])
 
 
 def _inertia_prices(program: AddedProgram, dual: Array, cones: tuple[MomentCone, ...]) -> Array:

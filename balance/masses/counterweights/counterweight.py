@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +12,7 @@ from balance.masses.counterweights.lumps import Lumps
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.stock import Stock
 from balance.space.inertial_parameters.conversions import mass_properties
+from balance.support.tolerances import PLACED_AS_TAKEN
 from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array
@@ -164,3 +166,32 @@ def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -
         freeze(Q / np.abs(Q).max()),
         stock.density,
     )
+
+
+def net_mass(weights: Sequence[Counterweight], moved: Mapping[str, float]) -> float:
+    """Compute the mass that a linkage gains, kg.
+
+    Args:
+        weights: what is placed on links.
+        moved: mass that was taken from links, kg, by name.
+    """
+    placed, taken = sum(weight.mass for weight in weights), sum(moved.values())
+    net = placed - taken
+    return net if not taken or net > PLACED_AS_TAKEN * placed else 0.0
+
+
+def change_words(
+    weights: Sequence[Counterweight], moved: Mapping[str, float], given_mass: float
+) -> str:
+    """Say what is moved and added, before a verb: ``2 kg added to 5 kg``."""
+    net = net_mass(weights, moved)
+    if not any(moved.values()):
+        return f"{number_text(net)} kg added to {number_text(given_mass)} kg"
+    added = f"{number_text(net)} kg" if net else "nothing"
+    return f"{moved_text(moved)}, with {added} added to {number_text(given_mass)} kg,"
+
+
+def moved_text(moved: Mapping[str, float]) -> str:
+    """Say what is moved, such as ``0.2 kg moved on 'crank'``; nothing if nothing is."""
+    parts = [(name, mass) for name, mass in moved.items() if mass]
+    return ", ".join(f"{number_text(mass)} kg moved on '{name}'" for name, mass in parts)

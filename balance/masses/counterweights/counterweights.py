@@ -12,6 +12,7 @@ from balance.masses.counterweights.added_program import IDLE_MASS_PRICE, AddedOb
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.decide import decide
 from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
+from balance.masses.counterweights.moved_matter import moved_links
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
 from balance.masses.counterweights.shaped.weight_shape import (
@@ -59,6 +60,7 @@ def counterweights(
     thickness: float | None = None,
     price_of_mass: float = IDLE_MASS_PRICE,
     shape: str | None = None,
+    move: Mapping[str, float] | None = None,
     motion: Motion | str | Sequence[str] | None = None,
     balance: Balance | None = None,
     motions: Motions | None = None,
@@ -84,7 +86,8 @@ def counterweights(
         links: names of the links to which matter may be added.
         regions: where, by name: a `Region` of the link frame, or its text, such as
             ``ball(0,0,0,0.1)``, ``box(-0.2:0,-0.1:0.1,0:0.1)``,
-            ``cylinder(x,y,z,ax,ay,az,r,length)``, ``ellipsoid(x,y,z,a,b,c)`` in metres, or
+            ``cylinder(x,y,z,ax,ay,az,r,length)``, ``ellipsoid(x,y,z,a,b,c)`` in metres,
+            ``mesh(FILE.stl,1mm)``, a closed convex mesh in the link frame and its unit, or
             ``collision``, the convex hull of the link's collision elements. By default a ball
             about the joint that carries the link, of half its length.
         minimise: ``"mass"``: added mass, kg; ``"inertia"``: the largest principal moment of
@@ -105,6 +108,10 @@ def counterweights(
             of the linkage and within its region, for the least mass of such shapes that
             balances forces. ``disc=0.005/0.008/0.01`` gives a choice: each counterweight has
             the size that is best. Not for point masses.
+        move: links whose given matter may be moved, with the largest share of it, by name: it
+            is taken evenly from all of the link, and at least as much is placed in its region
+            again. The mass then is that which the linkage gains, and a kilogram that is moved
+            costs a hundredth of one that is added.
         motion: restriction of the inputs of a linkage; a space has its own.
         balance: ``"dynamic"``, as by default of a linkage, or ``"force"``.
         motions: one or several, as for `balance.verify`; the answer then has the loads along
@@ -120,6 +127,7 @@ def counterweights(
 
     Raises:
         BodyError: a body is unknown, or part of the ground.
+        FileError: the mesh of a region cannot be read, or is not closed and convex.
         UsageError: no link is named, one is named twice, or a region, a density, the thickness
             or the price is wrong.
         ValueError: there is no such objective.
@@ -140,14 +148,15 @@ def counterweights(
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
-    choices = _wanted_shapes(asked, shape, minimise, density, thickness)
+    choices = _wanted_shapes(asked, shape, minimise, density, thickness, move)
+    moved = moved_links(asked, body_regions, move)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
-        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, relax)
+        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, relax, moved)
         if choices and answer.weights:
             answer = decide_shaped(answer, stocks, choices)
     else:
-        answer = decide(asked, body_regions, minimise, price_of_mass)
+        answer = decide(asked, body_regions, minimise, price_of_mass, moved)
     given = regions or {}
     chosen = tuple(name for name in answer.regions if name not in given)
     answer = replace(answer, chosen=chosen, thickness=thickness)
@@ -158,10 +167,9 @@ def counterweights(
 
     def mass_of(more: Mapping[int, Region]) -> float | None:
         if limits:
-            return balancing_mass(
-                asked, stocks_of(asked, more, with_further_links(limits, more))
-            )
-        helped = decide(asked, more)
+            more_limits = with_further_links(limits, more)
+            return balancing_mass(asked, stocks_of(asked, more, more_limits), moved)
+        helped = decide(asked, more, moved=moved)
         return helped.added_mass if helped.verdict == "feasible" else None
 
     helps = (*answer.relaxations, *_single_relaxations(asked, body_regions, mass_of))
@@ -194,11 +202,14 @@ def _wanted_shapes(
     minimise: AddedObjective,
     density: float | Mapping[str, float] | None,
     thickness: float | None,
+    move: Mapping[str, float] | None,
 ) -> tuple[WeightShape, ...]:
     """Read a shape in its sizes, and check that what else is asked for goes with it."""
     if shape is None:
         return ()
     choices = read_weight_shapes(shape)
+    if move:
+        raise UsageError("shapes are found for added matter: leave out what is to be moved")
     if density is None:
         raise UsageError(
             f"shape {shape} has a volume, and point masses have none: give a density"

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from balance.masses.counterweights.added_program import AddedObjective
-from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.counterweight import (
+    Counterweight,
+    change_words,
+    moved_text,
+    net_mass,
+)
 from balance.masses.counterweights.exclusion import Exclusion
 from balance.masses.counterweights.link_regions import ALL
+from balance.masses.counterweights.moved_matter import PRICE_OF_MOVING
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.filling_check import FillingCheck
 from balance.masses.counterweights.write_counterweights import counterweights_file
@@ -117,6 +123,8 @@ class Counterweights(WithPage, WithPicture):
             value then is the least mass of such shapes, and its gap that to their dual.
         least_mass: the least mass of any shape in the regions, kg; None without a shape.
         along: loads along motions, before and after; None if they were not computed.
+        movable: largest share of the given mass of links that may be moved, by name.
+        moved: mass taken from each of these links, kg; at least as much is among ``weights``.
     """
 
     page_maker = "counterweights:counterweights_page"
@@ -144,6 +152,8 @@ class Counterweights(WithPage, WithPicture):
     shape: str | None = None
     least_mass: float | None = None
     along: BeforeAfter | None = None
+    movable: Mapping[str, float] = field(default_factory=dict)
+    moved: Mapping[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the counterweights."""
@@ -170,13 +180,26 @@ class Counterweights(WithPage, WithPicture):
 
     @property
     def added_mass(self) -> float:
-        """Mass of all counterweights, kg."""
-        return sum(weight.mass for weight in self.weights)
+        """Mass of all counterweights, less what is taken from links, kg."""
+        return net_mass(self.weights, self.moved)
+
+    @property
+    def change(self) -> str:
+        """What is moved and added, in words."""
+        return change_words(self.weights, self.moved, self.given_mass)
+
+    @property
+    def price_of_moving(self) -> float:
+        """Price of a kilogram that is moved, in units of the value for each kilogram."""
+        return PRICE_OF_MOVING * (1.0 if self.minimise == "mass" else self.price)
 
     @property
     def priced(self) -> float | None:
-        """What was minimised: the value, and the price of the added mass, SI units."""
-        return None if self.value is None else self.value + self.price * self.added_mass
+        """What was minimised: the value, and the prices of added and moved mass, SI units."""
+        if self.value is None:
+            return None
+        moving = self.price_of_moving * sum(self.moved.values())
+        return self.value + self.price * self.added_mass + moving
 
     @property
     def worth_naming(self) -> tuple[Relaxation, ...]:
@@ -204,7 +227,8 @@ class Counterweights(WithPage, WithPicture):
             return f"No matter added to {links} balances the linkage."
         if self.verdict == "undecided":
             return f"It is undecided whether matter added to {links} balances the linkage."
-        added = mass_added_text(self.added_mass)
+        moved = moved_text(self.moved)
+        added = f"{moved}, {mass_added_text(self.added_mass)}".removeprefix(", ")
         if self.along is not None:
             return f"{self.along.words}, {added}."
         text = balanced_text(self.space)
@@ -252,6 +276,8 @@ class Counterweights(WithPage, WithPicture):
                 }
                 for name, region in self.regions.items()
             },
+            "movable": dict(self.movable),
+            "moved": dict(self.moved),
             "given_mass": self.given_mass,
             "added_mass": self.added_mass,
             "counterweights": [weight.to_dict() for weight in self.weights],

@@ -21,8 +21,10 @@ from balance.masses.counterweights.counterweight import counterweight_of
 from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.exclusion import check_exclusion, describe_exclusion
 from balance.masses.counterweights.lumps import fewer_lumps, lumps_of, refine_lumps
+from balance.masses.counterweights.moved_matter import moved_masses
 from balance.masses.counterweights.quadratic_minimum import least_values
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.volume.settled_shares import settled
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.designs.verdicts import TOO_NARROW, UNCHECKED_MATTER, UNSETTLED
 from balance.space.inertial_parameters.conversions import to_chain
@@ -39,7 +41,6 @@ from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.vectors import project_out
-from kinematics.wording import number_text
 
 
 def decide(
@@ -47,6 +48,7 @@ def decide(
     regions: Mapping[int, Region],
     minimise: AddedObjective = "mass",
     price: float = IDLE_MASS_PRICE,
+    moved: Mapping[int, float] | None = None,
 ) -> Counterweights:
     """Decide whether matter in some regions balances a linkage, and minimise it.
 
@@ -57,10 +59,12 @@ def decide(
         regions: region by position of the body.
         minimise: the objective; see `counterweights`.
         price: price of mass besides it, in squares of ``space.length``.
+        moved: largest share of the given mass that may be moved, by position of the body.
     """
+    moved = moved or {}
     names = {space.bodies[b]: region for b, region in regions.items()}
     given_mass = float(given_parameters(space)[:, 0].sum())
-    program = build_added_program(space, regions, minimise, price)
+    program = build_added_program(space, regions, minimise, price, moved)
     blank = Counterweights(
         space,
         "undecided",
@@ -69,19 +73,20 @@ def decide(
         given_mass,
         words=f"undecided: {UNCHECKED_MATTER}",
         price=program.idle * space.length**2,
+        movable={space.bodies[b]: share for b, share in moved.items()},
     )
     if space.as_given.balanced:
         return _keep_given_masses(blank, program)
     if _left_over(program):
-        return _proved(blank, regions, program.unmatched)
+        return _proved(blank, program, program.unmatched)
     solution = solve_added(program)
     added = program.unit * float(solution.moments[:, 3, 3].sum())
     # Of a mass that certificates exclude, the dual is a certificate.
     if solution.infeasible or not added < MASS_EXCLUDED * given_mass:
-        answer = _proved(blank, regions, program.lift @ solution.dual)
+        answer = _proved(blank, program, program.lift @ solution.dual)
         if answer.verdict == "infeasible":
             return answer
-        return _proved(blank, regions, program.lift @ certificate_dual(program))
+        return _proved(blank, program, program.lift @ certificate_dual(program))
     return _balanced(blank, program, solution)
 
 
@@ -110,10 +115,10 @@ def _left_over(program: AddedProgram) -> bool:
     return float(np.linalg.norm(program.unmatched)) > CONDITION_LEFT * size
 
 
-def _proved(blank: Counterweights, regions: Mapping[int, Region], w: Array) -> Counterweights:
+def _proved(blank: Counterweights, program: AddedProgram, w: Array) -> Counterweights:
     """Return the verdict by a certificate, if its check accepts it."""
-    w = freeze(w / (float(np.linalg.norm(w)) or 1.0))
-    check = check_exclusion(blank.space, regions, w)
+    w, regions = freeze(w / (float(np.linalg.norm(w)) or 1.0)), program.regions
+    check = check_exclusion(blank.space, regions, w, program.moved)
     if not check.accepted:
         return blank
     if not blank.space.encloses:
@@ -127,17 +132,23 @@ def _balanced(
 ) -> Counterweights:
     """Return the verdict with counterweights, if their check accepts them."""
     space, kinds = program.space, list(program.regions.values())
+    shares = solution.shares
     least = max(LUMP_FIT, LUMP_MASS_ZERO * float(solution.moments[:, 3, 3].sum()))
     force = space.balance == "force"
     rough = [
         lumps_of(region, P, force, least)
         for region, P in zip(kinds, solution.moments, strict=True)
     ]
-    lumps = refine_lumps(kinds, program.rows, program.target, rough)
+    none = np.zeros_like(shares)
+    placed = solution.moments[:, 3, 3]
+    fixed = settled(program, program.cost, solution.dual, shares, placed, none, last=True)
+    rows, target = fixed.program.rows, fixed.program.target
+    lumps = refine_lumps(kinds, rows, target, rough)
     if not program.inertia[0].size:
-        fewer = fewer_lumps(program.rows, program.cost, lumps)
-        lumps = refine_lumps(kinds, program.rows, program.target, fewer)
-    z = with_moments(program, np.array([cluster.moments for cluster in lumps]))
+        fewer = fewer_lumps(rows, fixed.prices, lumps)
+        lumps = refine_lumps(kinds, rows, target, fewer)
+    shares = fixed.shares_of(program, np.array([cluster.moments for cluster in lumps]))
+    z = with_moments(program, np.array([cluster.moments for cluster in lumps]), shares)
     residual = balance_residual(space, z)
     inside = all(
         not cluster.masses.size or float(region.excess(cluster.points).max()) <= INSIDE_REGION
@@ -147,36 +158,40 @@ def _balanced(
         return blank
     if not space.sure:
         return replace(blank, words=f"undecided: {UNSETTLED}")
-    value, priced = added_objective(program, [cluster.moments for cluster in lumps])
+    value, priced = added_objective(program, [cluster.moments for cluster in lumps], shares)
     prices = least_values(kinds, solution.forms)
     added = sum(float(cluster.masses.sum()) for cluster in lumps)
-    bound = solution.bound + added * float(prices.min(initial=0.0))
+    gains = program.taken.gains(-solution.forms, prices, program.price_of_moving)
+    bound = solution.bound - float(gains.sum()) + added * float(prices.min(initial=0.0))
     weights = tuple(
         counterweight_of(space.bodies[b], region, cluster, program.unit)
         for (b, region), cluster in zip(program.regions.items(), lumps, strict=True)
         if cluster.masses.size
     )
-    total = sum(weight.mass for weight in weights)
-    return replace(
+    answer = replace(
         blank,
         verdict="feasible",
         value=value,
         z=freeze(z),
         residual=residual,
         weights=weights,
+        moved=moved_masses(space, program.regions, program.taken, shares, program.unit),
         gap=max(0.0, priced - bound) / priced if priced > 0.0 else 0.0,
-        words=f"feasible: {number_text(total)} kg added to "
-        f"{number_text(blank.given_mass)} kg balance it",
     )
+    return replace(answer, words=f"feasible: {answer.change} balance it")
 
 
-def with_moments(program: AddedProgram, moments: Array) -> Array:
+def with_moments(program: AddedProgram, moments: Array, shares: Array | None = None) -> Array:
     """Add matter to the given masses: parameters (bodies, 10), SI units.
 
     Args:
         program: the program of its regions.
-        moments: ΔP of each link (links, 4, 4), in unit coordinates and units of mass.
+        moments: what is placed on each link (links, 4, 4), in unit coordinates and units of
+            mass.
+        shares: share that is taken from the given mass of each link; none by default.
     """
+    if shares is not None:
+        moments = program.taken.net(moments, shares)
     z = given_parameters(program.space)
     b = list(program.regions)
     places = np.array([region.place for region in program.regions.values()])

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.added_matter import parameters_per_moment
+from balance.masses.counterweights.moved_matter import taken_from
 from balance.masses.counterweights.quadratic_minimum import least_values
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
@@ -95,25 +96,34 @@ def values_of_certificate(
 
 
 def check_exclusion(
-    space: DesignSpace, regions: Mapping[int, Region], certificate: ArrayLike
+    space: DesignSpace,
+    regions: Mapping[int, Region],
+    certificate: ArrayLike,
+    moved: Mapping[int, float] | None = None,
 ) -> Exclusion:
     """Check a certificate without the solver.
 
     With the residual δ of orthogonality, added matter of mass M gives the sum at most
     ``-margin + δ |z| + M (g + δ s)``, where g is the largest value of w on a unit point mass in
     a region, and s bounds the parameters of such a mass. The maximum of the quadratic
-    polynomial is computed exactly; see `minimise_in_region`.
+    polynomial is computed exactly; see `minimise_in_region`. What may be moved counts against
+    the margin; see `balance.masses.counterweights.moved_matter`.
 
     Args:
         regions: region by position of the body.
         certificate: w (parameters,) in the units of the chain.
+        moved: largest share of the given mass that may be moved, by position of the body.
     """
     values = values_of_certificate(space, regions, certificate)
     if values is None:
         return Exclusion(False, np.inf, 0.0, 0.0)
-    orthogonality, margin = values.orthogonality, values.margin
     most = -least_values(list(regions.values()), -values.forms)
-    gain = float((most + values.moment_errors).max(initial=0.0))
+    taken = taken_from(space, regions, moved or {})
+    errors = values.moment_errors
+    # What is placed has errors of a point in the region, and what is taken those of its size.
+    gains = taken.gains(values.forms, -most - errors * (1.0 + 0.25 * taken.spread))
+    orthogonality, margin = values.orthogonality, values.margin - float(gains.sum())
+    gain = float((most + errors).max(initial=0.0))
     excluded = 0.0 if margin <= 0.0 else margin / gain if gain > 0.0 else np.inf
     enough = excluded >= MASS_EXCLUDED * float(given_parameters(space)[:, 0].sum())
     accepted = bool(orthogonality <= CERTIFICATE_ORTHOGONAL and margin > 0.0 and enough)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from balance.masses.counterweights.mesh_region import mesh_region
 from balance.masses.counterweights.regions import (
     Region,
     ball_region,
@@ -20,6 +21,7 @@ USAGE = {
     "box": "box(x0:x1,y0:y1,z0:z1) or with ,roll,pitch,yaw",
     "cylinder": "cylinder(x,y,z,ax,ay,az,r,length)",
     "ellipsoid": "ellipsoid(x,y,z,a,b,c) or with ,roll,pitch,yaw",
+    "mesh": "mesh(FILE.stl) in metres or mesh(FILE.stl,1mm)",
 }
 # What each number of a region is; a direction is a number without a unit.
 _LENGTH, _ANGLE, _DIRECTION = ("length",), ("angle",), ()
@@ -35,10 +37,14 @@ def read_region(text: str) -> Region:
     """Read a region from its text, such as ``ball(0,0,0.1,0.2)``; not ``collision``.
 
     Raises:
+        FileError: the file of a mesh is none of a closed convex one.
         UsageError: the text has another form, or the region is empty or inside out.
     """
     words = text.strip()
     kind, _, inner = words.partition("(")
+    if is_mesh(words):
+        file, scale = _mesh_file(words)
+        return mesh_region(file, scale, words)
     numbers = _numbers(inner, ":" if kind == "box" else "", _QUANTITIES.get(kind, ()))
     if kind in USAGE and words.endswith(")") and numbers is not None:
         if kind == "ball" and numbers.size == 4:
@@ -54,6 +60,25 @@ def read_region(text: str) -> Region:
     usage = USAGE.get(kind)
     wanted = usage or ", ".join([*USAGE.values(), "collision"])
     raise UsageError(f"region '{text}' has no known form: write {wanted}")
+
+
+def is_mesh(text: str) -> bool:
+    """Whether the text of a region names the file of a mesh."""
+    return text.strip().startswith("mesh(") and text.strip().endswith(")")
+
+
+def _mesh_file(words: str) -> tuple[str, float]:
+    """Read path and unit, in metres, of ``mesh(FILE)`` or ``mesh(FILE,UNIT)``.
+
+    Raises:
+        UsageError: it has no path, or the unit is no length above 0.
+    """
+    file, comma, unit = words[len("mesh(") : -1].rpartition(",")
+    file = file if comma else unit
+    scale = read_quantity(unit, *_LENGTH) if comma else 1.0
+    if not file or not 0.0 < scale < np.inf:
+        raise UsageError(f"region '{words}' has no known form: write {USAGE['mesh']}")
+    return file.strip(), scale
 
 
 def _angles(numbers: Array) -> Array:

@@ -8,7 +8,7 @@ ball        ``|u| ≤ 1``                             ``ball(x,y,z,r)``
 ellipsoid   ``|u| ≤ 1``                             ``ellipsoid(x,y,z,a,b,c[,roll,pitch,yaw])``
 box         ``|u_i| ≤ 1``                           ``box(x0:x1,y0:y1,z0:z1[,roll,pitch,yaw])``
 cylinder    ``u_1² + u_2² ≤ 1``, ``|u_3| ≤ 1``      ``cylinder(x,y,z,ax,ay,az,r,length)``
-hull        ``normals u ≤ offsets``                 ``collision``, of the link's own elements
+hull        ``normals u ≤ offsets``                 ``collision``, or ``mesh(FILE.stl,1mm)``
 sector      of such a cylinder, about its 1st axis  none: weights of that shape fill it
 ==========  ======================================  ============================================
 
@@ -48,7 +48,7 @@ class Region:
     Attributes:
         kind: shape in unit coordinates.
         place: affine map H (4, 4) from unit coordinates to the link frame, metres.
-        text: the region in words, as `read_region` reads them; ``collision`` for a hull.
+        text: the region in words, as `read_region` reads them, or ``collision``.
         vertices: corners of a box or hull in unit coordinates (n, 3); empty otherwise.
         triangles: its facets as triples of corners (t, 3).
         normals: outward unit normals of its facets (t, 3).

@@ -9,12 +9,13 @@ from typing import Protocol
 import numpy as np
 
 from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.designs.write_urdf import append_to_file, replace_inertials
 from balance.space.inertial_parameters.body_inertia import inertial_element
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.result_files import write_file
-from balance.support.tolerances import COORDINATE_ROUND_OFF, PART_ROUND_OFF
+from balance.support.tolerances import COORDINATE_ROUND_OFF, PART_ROUND_OFF, SHARE_ZERO
 from kinematics.errors import UsageError
 from kinematics.files.urdf.edit_xml import read_source
 from kinematics.files.urdf.xml_tree import build_tree
@@ -43,6 +44,10 @@ class WithCounterweights(Protocol):
     @property
     def z(self) -> Array | None:
         """Parameters with them (bodies, 10), inertial origin, SI units."""
+
+    @property
+    def moved(self) -> Mapping[str, float]:
+        """Mass taken from links, kg, by name."""
 
 
 def counterweights_file(
@@ -73,7 +78,8 @@ def with_counterweights(
     stand before the end tag of the file. With ``merge``, the counterweights are in the
     ``<inertial>`` of their links instead; see `replace_inertials`. One that has a mesh is a
     link with ``<visual>`` and ``<collision>``, merged ones too; a whole ball, box or cylinder
-    is that primitive.
+    is that primitive. A link from which a share of its mass is moved keeps the rest of it; one
+    from which all of it is moved has the mass of its counterweight.
 
     Args:
         merge: whether they go into the masses of their links, for all of them or for these
@@ -89,10 +95,18 @@ def with_counterweights(
     linkage = answer.space.linkage
     every = {weight.link for weight in answer.weights}
     merged = every & set(merge) if not isinstance(merge, bool) else every if merge else set()
+    rest = _rest(answer)
+    merged |= {name for name, z in rest.items() if not z.any()}
     meshes = meshes or {}
     apart = [weight for weight in answer.weights if weight.link not in merged - set(meshes)]
-    if merged:
-        data = replace_inertials(linkage, dict(_merged_inertials(answer, merged)))
+    if merged or rest:
+        inertials = {
+            name: _link_inertial(z, answer.space.frames[answer.space.bodies.index(name)])
+            for name, z in rest.items()
+            if name not in merged
+        }
+        inertials |= _merged_inertials(answer, merged)
+        data = replace_inertials(linkage, inertials)
         root = build_tree(data)
     else:
         data, root = read_source(linkage, "link", "to which links could be added")
@@ -103,6 +117,20 @@ def with_counterweights(
         for element in _own_links(weight, names, meshes.get(weight.link), weight.link in merged)
     ]
     return append_to_file(data, root, elements) if elements else data
+
+
+def _rest(answer: WithCounterweights) -> dict[str, Array]:
+    """Compute what stays of links from which something is moved: parameters (10,), by name."""
+    moved = {name: mass for name, mass in answer.moved.items() if mass}
+    if not moved:
+        return {}
+    file, bodies = given_parameters(answer.space), answer.space.bodies
+    parts = {}
+    for name, mass in moved.items():
+        z = file[bodies.index(name)]
+        stays = 1.0 - mass / float(z[0])
+        parts[name] = (stays if stays > SHARE_ZERO else 0.0) * z
+    return parts
 
 
 def _merged_inertials(

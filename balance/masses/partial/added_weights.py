@@ -12,7 +12,6 @@ from balance.masses.counterweights.counterweight import (
     filled_counterweight,
 )
 from balance.masses.counterweights.lumps import lumps_of
-from balance.masses.partial.least_shaking import LeastShaking
 from balance.masses.partial.motion_loads import AddedParameters
 from balance.masses.partial.shaking_program import ShakingProgram
 from balance.space.spaces.design_space import DesignSpace
@@ -30,7 +29,7 @@ def counterweights_at(
     Args:
         space: a design space of the linkage, for the names of its bodies.
         matter: the regions.
-        s: coordinates of the added matter (count,).
+        s: coordinates of what is placed (count,).
     """
     weights = []
     total = float(matter.masses @ s)
@@ -45,20 +44,21 @@ def counterweights_at(
 
 
 def filled_counterweights_at(
-    space: DesignSpace, program: ShakingProgram, best: LeastShaking
+    space: DesignSpace, program: ShakingProgram, forms: Array, s: Array
 ) -> tuple[Counterweight, ...]:
     """Describe the matter of limited density of each link that gets more than round-off.
 
     Args:
         space: a design space of the linkage, for the names of its bodies.
         program: the regions and densities.
-        best: the answer.
+        forms: matrices (links, 4, 4) that are positive about where the matter is.
+        s: coordinates of what is placed (count,).
     """
     matter, weights = program.matter, []
-    total = float(matter.masses @ best.s)
+    total = float(matter.masses @ s)
     # There are no forms where nothing is added.
-    forms = best.forms if len(best.forms) else np.zeros((len(program.stocks), 4, 4))
-    parts = zip(matter.regions, program.stocks, forms, matter.parts(best.s), strict=True)
+    forms = forms if len(forms) else np.zeros((len(program.stocks), 4, 4))
+    parts = zip(matter.regions, program.stocks, forms, matter.parts(s), strict=True)
     for b, stock, form, part in parts:
         P = (TRIANGLES[4] @ part).reshape(4, 4)
         if P[3, 3] > LUMP_SHARE_LEAST * total:

@@ -10,6 +10,8 @@ from math import inf
 import numpy as np
 from numpy.typing import ArrayLike
 
+from balance.masses.counterweights.counterweight import moved_text, net_mass
+from balance.masses.counterweights.moved_matter import moved_masses
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
@@ -19,7 +21,7 @@ from balance.masses.partial.added_weights import (
     filled_counterweights_at,
 )
 from balance.masses.partial.elastic_frame import ElasticFrame
-from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
+from balance.masses.partial.least_shaking import CapsConflict, LeastShaking, removed_by
 from balance.masses.partial.partial_balance import ParetoFront, PartialBalance, PartialVerdict
 from balance.masses.partial.shaking_objectives import PartialObjective
 from balance.masses.partial.shaking_problem import (
@@ -71,13 +73,14 @@ def partial(
     density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
     minimise: PartialObjective = "rms",
+    move: Mapping[str, float] | None = None,
 ) -> PartialBalance:
     """Compute the matter within a budget that lets a linkage shake least along motions.
 
     It minimises the root of the mean over the motions of ``|F|² + |M|²/ℓ²``, with the shaking
     force F, the shaking moment M, and ``ℓ = weight_moment``.
     With an elastic frame it minimises that of ``|x|² + ℓ² |θ|²``, its displacement and
-    rotation. Matter is only added, inside the regions. The problem is convex, and
+    rotation. Matter is added inside the regions, or moved there. The problem is convex, and
     ``PartialBalance.bound`` proves the optimum. If less matter than the budget is enough, the
     lightest is found.
 
@@ -109,6 +112,9 @@ def partial(
             ``"torque"``: the largest drive torque of all inputs, without gravity;
             ``"bearing"``: the largest force in all joints; orders, such as ``(1, 2)``: the rms
             of these harmonics over the turn of a crank at a speed.
+        move: links whose given matter may be moved, with the largest share of it, by name; see
+            `balance.counterweights`. The budget is the mass that the linkage gains, which may
+            then be 0.
 
     Returns:
         The matter, what the linkage does with it, and the proof that nothing does better.
@@ -139,6 +145,7 @@ def partial(
         density,
         thickness,
         minimise,
+        move,
     )
     return single(asked, links, budget, options).designs[0]
 
@@ -184,6 +191,7 @@ def pareto(
     density: float | Mapping[str, float] | None = STEEL,
     thickness: float | None = None,
     minimise: PartialObjective = "rms",
+    move: Mapping[str, float] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:
     """Compute designs between nothing added and the least shaking.
@@ -211,6 +219,7 @@ def pareto(
         density: kg/m³; None for point masses.
         thickness: of plates, metres.
         minimise: see `partial`.
+        move: shares of given masses that may be moved, by link.
         progress: called with the number of steps done and the number of all steps.
 
     Returns:
@@ -251,6 +260,7 @@ def pareto(
         density,
         thickness,
         minimise,
+        move,
     )
     problem = build_problem(computed_space, links, options, advance)
     most, end = _largest_budget(problem, budget)
@@ -332,23 +342,29 @@ def _result(
 ) -> PartialBalance:
     """Describe a minimiser."""
     gap = (best.value - best.bound) / problem.program.scale
+    taken = problem.program.taken
+    placed = best.s + removed_by(problem.program, best.shares)
     if problem.program.stocks:
-        weights = filled_counterweights_at(problem.space, problem.program, best)
+        weights = filled_counterweights_at(problem.space, problem.program, best.forms, placed)
     else:
-        weights = counterweights_at(problem.space, problem.matter, best.s)
+        weights = counterweights_at(problem.space, problem.matter, placed)
+    moved = moved_masses(problem.space, problem.matter.regions, taken, best.shares, 1.0)
     share = best.value / (given.objective or 1.0)
-    mass = sum(weight.mass for weight in weights)
+    mass = net_mass(weights, moved)
     mass_text = size_text(mass, ".4g", float(given_parameters(problem.space)[:, 0].sum()))
+    mass_text = f"{mass_text} kg"
+    if any(moved.values()):
+        mass_text = f"{moved_text(moved)} and {mass_text} added" if mass else moved_text(moved)
     left_over = size_text(share, ".3g", floor=SHAKING_GAP_PROVED)
     what = f"{left_over} of the {problem.objective} in the file"
     if problem.program.balanced and not weights:
         text = "optimal: the masses in the file are balanced, and nothing is added"
         verdict: PartialVerdict = "optimal"
     elif gap <= (FILLING_GAP_PROVED if problem.program.stocks else SHAKING_GAP_PROVED):
-        text = f"optimal: {mass_text} kg leave {what}, and nothing in the regions does better"
+        text = f"optimal: {mass_text} leave {what}, and nothing in the regions does better"
         verdict = "optimal"
     else:
-        text = f"undecided: {mass_text} kg leave {what}; {gap:.1e} of it may be saved"
+        text = f"undecided: {mass_text} leave {what}; {gap:.1e} of it may be saved"
         verdict = "undecided"
     if weights and share > 1.0 - HARDLY_SAVED:
         text += (
@@ -360,6 +376,7 @@ def _result(
         bound=best.bound,
         weights=weights,
         z=freeze(problem.matter.parameters(best.s)),
+        moved=moved,
     )
 
 

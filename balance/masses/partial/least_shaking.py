@@ -25,7 +25,8 @@ program.
 Matter of limited density is a mixture of parts of the regions
 (`balance.masses.counterweights.volume.stock`), which grow in number: of each solution, the
 parts where ``M_b`` is negative. Its bound has ``-Σ_b h_b(-M_b)`` instead of the last term, with
-the support functions h_b.
+the support functions h_b. Given matter that may be moved is one more generator of a cone; see
+`balance.masses.counterweights.moved_matter`.
 """
 
 from __future__ import annotations
@@ -38,11 +39,13 @@ import numpy as np
 
 from balance.masses.counterweights.added_matter import (
     MomentCone,
+    homogeneous,
     lump_cone,
     mixture_cone,
     moment_cone,
 )
 from balance.masses.counterweights.cylinder_points import first_points
+from balance.masses.counterweights.moved_matter import PRICE_OF_MOVING, shifted
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.volume.stock import fill, support_function, whole_and_halves
 from balance.masses.partial.shaking_program import ShakingProgram
@@ -83,6 +86,7 @@ class LeastShaking(NamedTuple):
         value: ``|R [s; 1]|``.
         bound: no matter within the budget has less; proved without the solver.
         rounds: number of conic programs solved.
+        shares: share of the given mass that is taken from each link (links,).
         forms: for matter of limited density, matrices (links, 4, 4) in unit coordinates that
             are positive about where it is; empty otherwise.
     """
@@ -91,6 +95,7 @@ class LeastShaking(NamedTuple):
     value: float
     bound: float
     rounds: int
+    shares: Array
     forms: Array = NO_FORMS
 
 
@@ -123,7 +128,7 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
 
     Args:
         program: the regions, the factor and the caps.
-        budget: most mass to add, kilograms, above 0.
+        budget: most mass to add, kilograms; above 0, unless some may be moved.
 
     Returns:
         The minimiser, and a bound that is proved without the solver; or a proof that no matter
@@ -133,27 +138,38 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
     minimiser = work.solve(None)
     if minimiser is None:
         return work.conflict()
-    bound, forms = work.bound(), work.forms
-    if work.price * budget <= PRICE_ZERO * work.scale:
+    bound, forms, shares = work.bound(), work.forms, work.shares
+    if work.price * work.room <= PRICE_ZERO * work.scale:
         lighter = work.solve(program.value(minimiser))
         if lighter is not None:
-            minimiser, forms = lighter, work.forms
+            minimiser, forms, shares = lighter, work.forms, work.shares
     # The solver keeps the budget to its accuracy only; less of the same matter is in the cones.
-    mass = float(program.matter.masses @ minimiser)
-    minimiser = minimiser * min(1.0, budget / mass) if mass > 0.0 else minimiser
+    shares = program.taken.rounded(shares)
+    removed = removed_by(program, shares)
+    placed, most = minimiser + removed, budget + float(shares @ program.taken.masses)
+    mass = float(program.matter.masses @ placed)
+    minimiser = (placed * min(1.0, most / mass) if mass > 0.0 else placed) - removed
     value = program.value(minimiser)
-    return LeastShaking(minimiser, value, max(0.0, bound), work.rounds, forms)
+    return LeastShaking(minimiser, value, max(0.0, bound), work.rounds, shares, forms)
+
+
+def removed_by(program: ShakingProgram, shares: Array) -> Array:
+    """Compute the coordinates (count,) of what shares (links,) take from the given masses."""
+    return triangles(shares[:, None, None] * program.taken.matter).reshape(-1)
 
 
 class _Work:
     """Conic programs of one question, which grow by samples of caps and by points.
 
-    Loads are relative to ``scale``, masses of variables to ``unit``.
+    Loads are relative to ``scale``, masses of variables to ``unit``; ``room`` is the most mass
+    that may be placed.
     """
 
     def __init__(self, program: ShakingProgram, budget: float) -> None:
         """Start with no samples of caps, and with few points in cylinders."""
         matter, self.program, self.budget = program.matter, program, budget
+        self.taken, self.room = program.taken, budget + program.taken.heaviest
+        self.shares = np.zeros(len(matter.regions))
         self.regions = list(matter.regions.values())
         self.points = {
             k: first_points()
@@ -166,7 +182,7 @@ class _Work:
         self.samples = program.largest_samples(np.zeros(matter.count), SAMPLES_AT_ONCE)
         self.blocks = program.blocks(self.samples)
         self.scale = program.scale
-        self.unit = min(budget, float(matter.given[:, 0].sum()) or budget)
+        self.unit = min(self.room, float(matter.given[:, 0].sum()) or self.room)
         self.rounds, self.price = 0, 0.0
         # The multipliers: of the load, and of the samples of each cap.
         self.u, self.w = np.empty(0), [np.empty((0, 0)) for _ in program.caps]
@@ -200,12 +216,15 @@ class _Work:
             fixed -= cap.most * np.linalg.norm(w, axis=1).sum() + float(np.sum(w * last))
         if self.parts:
             forms = -self._polynomials()
-            pairs = zip(self.program.stocks, forms, strict=True)
+            shifts = self.taken.shifts(self.program.stocks, forms)
+            fixed -= self.taken.gains(forms, shifts).sum()
+            pairs = zip(self.program.stocks, shifted(forms, shifts), strict=True)
             return float(fixed) - sum(
                 sum(support_function(s.with_rays_inside(Q), Q)) for s, Q in pairs
             )
-        least = min(value for value, _ in self._polynomial_minima())
-        return float(fixed + self.budget * min(0.0, least))
+        least = np.array([value for value, _ in self._polynomial_minima()])
+        fixed -= self.taken.gains(-self._polynomials(), least).sum()
+        return float(fixed + self.budget * min(0.0, float(least.min())))
 
     def conflict(self) -> CapsConflict:
         """Return the proof that no matter keeps the caps, if the multipliers are one."""
@@ -246,10 +265,15 @@ class _Work:
             s: the last solution.
             lighter: whether the mass is minimised, and not the load.
         """
-        self.forms = -self._polynomials()
+        forms = -self._polynomials()
+        price = PRICE_OF_MOVING / self.unit if lighter else 0.0
+        shifts = self.taken.shifts(self.program.stocks, forms, price)
+        self.forms = shifted(forms, shifts)
         size = float(self.program.matter.masses @ s) if lighter else self.scale
         gap = MASS_GAP / self.unit if lighter else LEAST_SHAKING_GAP
-        gain = -float(triangles(self.forms).reshape(-1) @ s)
+        gain = float(self.taken.gains(forms, shifts, price).sum())
+        gain += price * float(self.shares @ self.taken.masses)
+        gain -= float(triangles(forms).reshape(-1) @ s)
         for stock, form, parts in zip(self.program.stocks, self.forms, self.parts, strict=True):
             part = fill(stock.with_rays_inside(form), form)
             gain += float(np.sum(form * part))
@@ -259,8 +283,14 @@ class _Work:
     def _add_points(self) -> bool:
         """Add points of cylinders where mass lowers the load; whether there are any."""
         grown = False
+        forms = self._polynomials()
         for k, (value, at) in enumerate(self._polynomial_minima()):
-            if k in self.points and value * self.budget < -LEAST_SHAKING_GAP * self.scale:
+            if k in self.points and self.taken.most[k]:
+                # Matter that is moved goes to the best of the points.
+                p = homogeneous(self.points[k])
+                known = np.einsum("ni,ij,nj->n", p, forms[k], p)
+                value -= max(0.0, float(known.min()))
+            if k in self.points and value * self.room < -LEAST_SHAKING_GAP * self.scale:
                 self.points[k] = np.vstack([self.points[k], at])
                 grown = True
         return grown
@@ -283,7 +313,8 @@ class _Work:
 
     def _solve_once(self, limit: float | None) -> Array | None:
         """Solve one conic program in the variables of the cones, and t."""
-        cones = [self._cone(k) for k in range(len(self.regions))]
+        taken = self.taken.over(self.unit)
+        cones = [taken.cone(k, self._cone(k)) for k in range(len(self.regions))]
         # Coordinates s as a function of the variables.
         T = self.unit * _block_diagonal([triangles(cone.matrices).T for cone in cones])
         cone_rows = _block_diagonal([cone.rows for cone in cones])
@@ -293,6 +324,7 @@ class _Work:
         offset = np.concatenate([*(cone.constants for cone in cones), *(b for _, b in blocks)])
         parts = [*(part for cone in cones for part in cone.parts), *parts]
         heights = [len(A) + 1 for A in self.blocks]
+        last = np.cumsum([len(cone.matrices) for cone in cones])[taken.links] - 1
         size, at = T.shape[1], len(cone_rows) + 1 + np.cumsum([0, *heights[:-1]])
         if limit is None:
             q, t = np.append(np.zeros(size), 1.0), np.zeros((len(rows), 1))
@@ -300,18 +332,20 @@ class _Work:
             rows = np.hstack([rows, t])
         else:
             q = self.program.matter.masses @ T / self.unit
+            q[last] += PRICE_OF_MOVING * taken.masses[taken.links]
             offset[at] = _loosened(limit / self.scale)
         solution = solve_conic(q, rows, offset, parts)
         if limit is None or self.parts:
             self._read_multipliers(solution.dual[len(cone_rows) :], limit is not None)
         if solution.infeasible or not np.isfinite(solution.x).all():
             return None
+        self.shares[taken.links] = solution.x[last]
         return np.asarray(T @ solution.x[:size])
 
     def _cone(self, k: int) -> MomentCone:
         """Describe the matter of a link."""
         if self.parts:
-            return mixture_cone(np.array(self.parts[k]) / self.unit, self.budget / self.unit)
+            return mixture_cone(np.array(self.parts[k]) / self.unit, self.room / self.unit)
         if k in self.points:
             return lump_cone(self.points[k])
         return moment_cone(self.regions[k])
@@ -319,7 +353,7 @@ class _Work:
     def _load_blocks(self, T: Array) -> tuple[list[tuple[Array, Array]], list[ConstraintBlock]]:
         """Build rows and constants of the budget, the load and the caps, and their cones."""
         mass = self.program.matter.masses @ T
-        blocks = [(-mass[None] / self.budget, np.ones(1))]
+        blocks = [(-mass[None] / self.room, np.array([self.budget / self.room]))]
         blocks += [_bounded(A / self.scale, 0.0, T) for A in self.blocks]
         parts = [ConstraintBlock("nonnegative", 1)]
         parts += [ConstraintBlock("second_order", len(A) + 1) for A in self.blocks]
@@ -336,7 +370,7 @@ class _Work:
         of one over its unit.
         """
         scale = 1.0 if lighter else self.scale
-        self.price = max(0.0, float(dual[0])) * scale / self.budget
+        self.price = max(0.0, float(dual[0])) * scale / self.room
         ends = 1 + np.cumsum([0, *(len(A) + 1 for A in self.blocks)])
         at = int(ends[-1])
         pieces = [-dual[start + 1 : end] for start, end in pairwise(ends)]

@@ -19,6 +19,7 @@ import numpy as np
 
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.link_regions import regions_of
+from balance.masses.counterweights.moved_matter import nothing_taken
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
@@ -97,6 +98,11 @@ class LeastViolation:
     budget: float
     between: tuple[str, ...]
     links: tuple[str, ...] = ()
+
+    @property
+    def moved(self) -> dict[str, float]:
+        """Mass taken from links: matter is only added."""
+        return {}
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the matter of each link."""
@@ -278,7 +284,8 @@ def _program(
         np.sqrt(w) * np.linalg.norm(block[..., -1], axis=0).sum()
         for w, block in zip(factors, blocks, strict=True)
     ]
-    return ShakingProgram(matter, quadratic_factor(rows), float(np.linalg.norm(alone)))
+    none = nothing_taken(len(matter.regions))
+    return ShakingProgram(matter, quadratic_factor(rows), float(np.linalg.norm(alone)), none)
 
 
 def _contradiction(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 from os import PathLike
 from typing import Literal
 
-from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.counterweight import Counterweight, moved_text, net_mass
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import bodies_with
@@ -58,6 +58,8 @@ class PartialBalance(WithPage, WithPicture):
         bound: no matter within the budget has a smaller objective; proved without the solver.
         weights: the counterweight of each link that gets matter.
         z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
+        moved: mass taken from links whose matter may be moved, kg, by name; at least as much is
+            among ``weights``.
     """
 
     page_maker = "partial:partial_balance_page"
@@ -78,6 +80,7 @@ class PartialBalance(WithPage, WithPicture):
     bound: float = 0.0
     weights: tuple[Counterweight, ...] = ()
     z: Array | None = None
+    moved: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def front(self) -> ParetoFront:
@@ -93,8 +96,8 @@ class PartialBalance(WithPage, WithPicture):
 
     @property
     def mass(self) -> float:
-        """Mass of the added matter, kg."""
-        return float(sum(weight.mass for weight in self.weights))
+        """Mass of the added matter, less what is taken from links, kg."""
+        return float(net_mass(self.weights, self.moved))
 
     @property
     def sentence(self) -> str:
@@ -110,7 +113,8 @@ class PartialBalance(WithPage, WithPicture):
             )
             if getattr(self.given, part) is not None
         ]
-        return f"{', '.join(loads)}, {mass_added_text(self.mass)}."
+        moved = moved_text(self.moved)
+        return f"{', '.join([*loads, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
 
     def _change(self, part: str, unit: str) -> str:
         """Write a figure before and after; what the solver does not determine is 0."""
@@ -165,6 +169,7 @@ class PartialBalance(WithPage, WithPicture):
             "verdict": self.verdict,
             "words": self.words,
             "mass": self.mass,
+            "moved": dict(self.moved),
             "bound": self.bound,
             "found": self.shaking._asdict() if self.shaking else None,
             "weights": [weight.to_dict() for weight in self.weights],

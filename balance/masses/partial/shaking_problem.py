@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.link_regions import regions_of
+from balance.masses.counterweights.moved_matter import moved_links, taken_from
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.plates import density_limits, stocks_of
 from balance.masses.partial.elastic_frame import ElasticFrame, vibration
@@ -60,6 +61,7 @@ class ShakingOptions:
         density: density that added matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates of added matter, m.
         minimise: the objective; see `PartialObjective`.
+        move: largest share of the given mass of links that may be moved, by name.
     """
 
     regions: Mapping[str, Region | str] | None = None
@@ -72,6 +74,7 @@ class ShakingOptions:
     density: float | Mapping[str, float] | None = None
     thickness: float | None = None
     minimise: PartialObjective = "rms"
+    move: Mapping[str, float] | None = None
 
 
 class ShakingFigures(NamedTuple):
@@ -142,24 +145,26 @@ class ShakingProblem:
     def solve(self, budget: float) -> LeastShaking | CapsConflict:
         """Find the least shaking for a budget, kilograms.
 
-        Nothing is added without a budget, nor to what is balanced and keeps its caps, nor
-        where the solver finds nothing better.
+        Nothing is added without a budget or matter to move, nor to what is balanced and keeps
+        its caps, nor where the solver finds nothing better.
         """
-        s = np.zeros(self.matter.count)
+        s, room = np.zeros(self.matter.count), budget + self.program.taken.heaviest
         over = [
             cap.name
             for cap in self.program.caps
             if cap.sizes(s).max() > cap.most * (1.0 + CAP_EXCEEDED)
         ]
         value = self.program.value(s)
-        if budget > 0.0 and (over or not self.program.balanced):
+        none = np.zeros(len(self.matter.regions))
+        if room > 0.0 and (over or not self.program.balanced):
             answer = least_shaking(self.program, budget)
             if over or isinstance(answer, CapsConflict) or answer.value <= value:
                 return answer
-            return answer._replace(s=s, value=value, bound=min(answer.bound, value))
+            bound = min(answer.bound, value)
+            return answer._replace(s=s, value=value, bound=bound, shares=none)
         if over:
             return CapsConflict(True, tuple(over))
-        return LeastShaking(s, value, 0.0 if budget > 0.0 else value, 0)
+        return LeastShaking(s, value, 0.0 if room > 0.0 else value, 0, none)
 
     def least_caps(self, budget: float) -> float:
         """Compute the least factor by which all caps have to be larger for a budget.
@@ -170,7 +175,7 @@ class ShakingProblem:
         relative = [cap.columns / cap.most for cap in caps]
         program = replace(self.program, caps=(), samples=_stacked(relative))
         s = np.zeros(self.matter.count)
-        if not budget > 0.0:
+        if not budget + program.taken.heaviest > 0.0:
             return program.value(s)
         answer = least_shaking(program, budget)
         return answer.value if isinstance(answer, LeastShaking) else inf
@@ -273,7 +278,10 @@ def build_problem(
     caps = _caps(space, loads, max_bearing, max_torque)
     single = _single_bodies(loads, blocks, weight, frame)
     samples = _samples(space, loads, weight, options)
-    program = ShakingProgram(matter, whole, single, caps, tuple(stocks.values()), samples)
+    taken = taken_from(space, chosen, moved_links(space, chosen, options.move))
+    program = ShakingProgram(
+        matter, whole, single, taken, caps, tuple(stocks.values()), samples
+    )
     return ShakingProblem(
         space,
         matter,

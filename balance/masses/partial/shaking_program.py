@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from balance.masses.counterweights.moved_matter import Taken
 from balance.masses.counterweights.volume.stock import Stock
 from balance.masses.partial.motion_loads import AddedParameters
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
@@ -43,6 +44,7 @@ class ShakingProgram:
         matter: regions of the links and parameters.
         factor: triangular factor R (rows, count + 1).
         single: sum of the loads of the single bodies of the file, if none cancelled another.
+        taken: what may be taken from the links, kg; s is what is placed less what is taken.
         caps: bounds on loads.
         stocks: matter of limited density in the regions; empty for point masses.
         samples: loads at samples (N, k, count + 1), of which the largest is minimised instead;
@@ -52,6 +54,7 @@ class ShakingProgram:
     matter: AddedParameters
     factor: Array
     single: float
+    taken: Taken
     caps: tuple[Cap, ...] = ()
     stocks: tuple[Stock, ...] = ()
     samples: Array = field(default_factory=lambda: NO_SAMPLES)

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
@@ -48,6 +48,8 @@ def counterweights_facts(
         pairs.append(("moment", _moment_text(counterweights)))
     if counterweights.verdict == "infeasible":
         pairs += other_ways(space.balance, reduce)
+    for name, share in counterweights.movable.items():
+        pairs.append((f"may move {name}", f"{number_text(100.0 * share)} % of its mass"))
     for name, region in counterweights.regions.items():
         default = " (default: half the link's length about its joint)"
         pairs.append(
@@ -69,6 +71,7 @@ def counterweights_facts(
         )
         if share > MUCH_ADDED:
             added += " (balance reduce --pareto 10 weighs mass against shaking)"
+        pairs += moved_facts(counterweights.moved)
         pairs += [("added", added), *_shape_facts(counterweights)]
         pairs += density_facts(counterweights.weights)
         pairs.append(("residual", size_text(counterweights.residual or 0.0)))
@@ -100,10 +103,21 @@ def _objective_text(counterweights: Counterweights) -> str:
         number_text(x or 0.0, f".{DIGITS}g")
         for x in (counterweights.value, counterweights.priced)
     )
-    if not counterweights.price:
+    moving = f" + {number_text(counterweights.price_of_moving)}"
+    moving += f"{'' if counterweights.minimise == 'mass' else ' m²'} × moved mass"
+    moving = moving if counterweights.movable else ""
+    if not (counterweights.price or moving):
         return f"{name}: {value} {unit}"
-    price = number_text(counterweights.price)
-    return f"{name} + {price} m² × added mass: {whole} {unit}, of which {name} {value} {unit}"
+    price = f" + {number_text(counterweights.price)} m² × added mass"
+    what = f"{name}{price if counterweights.price else ''}{moving}"
+    return f"{what}: {whole} {unit}, of which {name} {value} {unit}"
+
+
+def moved_facts(moved: Mapping[str, float]) -> list[tuple[str, str]]:
+    """Say what is taken from links whose mass may be placed anew."""
+    parts = [f"{number_text(mass, '.5g')} kg of '{name}'" for name, mass in moved.items()]
+    text = f"{', '.join(parts)}, taken evenly from all of it, and placed again"
+    return [("moved", text)] if moved else []
 
 
 def _shape_facts(counterweights: Counterweights) -> list[tuple[str, str]]:

@@ -11,6 +11,7 @@ from balance.app.answers.answer import MISSING, AnswerBody, AnswerPart, AnswerTa
 from balance.app.answers.text.counterweights import (
     counterweight_rows,
     density_facts,
+    moved_facts,
     part_lines,
 )
 from balance.app.answers.text.linkage import linkage_facts
@@ -38,6 +39,7 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
     pairs.append(("verdict", best.words))
     if best.shaking is not None:
         pairs += _shaking_facts(front, best, best.shaking)
+        pairs += moved_facts(best.moved)
         pairs += [*density_facts(best.weights), *_room_facts(best), *_drives(best)]
     return pairs
 
@@ -75,7 +77,8 @@ def _shaking_facts(
 
 def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
     """Say that the room of the regions, not the budget, limits what is left to shake."""
-    if not best.weights or best.mass > USED * best.budget or best.share < HARDLY_SHAKES:
+    full = best.mass >= USED * best.budget
+    if not best.weights or full or best.share < HARDLY_SHAKES:
         return []
     used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
     return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]

@@ -14,9 +14,10 @@ from balance.masses.counterweights.added_program import (
     added_objective,
     build_added_program,
 )
-from balance.masses.counterweights.counterweight import filled_counterweight
+from balance.masses.counterweights.counterweight import change_words, filled_counterweight
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.decide import balance_residual, decide, with_moments
+from balance.masses.counterweights.moved_matter import moved_masses
 from balance.masses.counterweights.volume.fill_program import (
     DensityNeeded,
     density_gap,
@@ -44,6 +45,7 @@ def decide_filled(
     price: float = IDLE_MASS_PRICE,
     prove: bool = True,
     relax: bool = True,
+    moved: Mapping[int, float] | None = None,
 ) -> Counterweights:
     """Decide whether matter of limited density balances a linkage, and minimise it.
 
@@ -56,15 +58,16 @@ def decide_filled(
         price: price of mass besides it, in squares of ``space.length``.
         prove: whether to prove the gap; see `fill_least`.
         relax: whether to look for the density that is enough if this one is not.
+        moved: largest share of the given mass that may be moved, by position of the body.
     """
     regions = {b: stock.region for b, stock in stocks.items()}
-    points = decide(space, regions, minimise, price)
+    points = decide(space, regions, minimise, price, moved)
     density = {space.bodies[b]: stock.density for b, stock in stocks.items()}
     points = replace(points, density=density)
     if points.verdict != "feasible" or not points.weights:
         return points
-    blank = points.undecided(UNCHECKED_MATTER)
-    program = build_added_program(space, regions, minimise, price)
+    blank = points.undecided(UNCHECKED_MATTER, moved={})
+    program = build_added_program(space, regions, minimise, price, moved)
     needed = density_needed(program, list(stocks.values()), how_much=relax)
     if needed.bound > 1.0:
         return _excluded(blank, stocks, program, needed, relax)
@@ -73,17 +76,20 @@ def decide_filled(
     return _filled(blank, stocks, program, needed, prove)
 
 
-def balancing_mass(space: DesignSpace, stocks: Mapping[int, Stock]) -> float | None:
+def balancing_mass(
+    space: DesignSpace, stocks: Mapping[int, Stock], moved: Mapping[int, float] | None = None
+) -> float | None:
     """Compute the mass of some matter that balances a linkage, kg; None if none was found.
 
     Args:
         space: the design space.
         stocks: regions and densities by position of the body.
+        moved: largest share of the given mass that may be moved, by position of the body.
     """
     regions = {b: stock.region for b, stock in stocks.items()}
-    if decide(space, regions).verdict != "feasible":
+    if decide(space, regions, moved=moved).verdict != "feasible":
         return None
-    program = build_added_program(space, regions, "mass")
+    program = build_added_program(space, regions, "mass", moved=moved)
     matter = list(stocks.values())
     needed = density_needed(program, matter)
     return program.unit * least_mass(program, matter, needed) if needed.factor <= 1.0 else None
@@ -99,7 +105,7 @@ def _excluded(
     """Return the verdict by a certificate, if its check accepts it."""
     w = program.lift @ needed.dual
     w = freeze(w / (float(np.linalg.norm(w)) or 1.0))
-    check = check_filling(blank.space, stocks, w)
+    check = check_filling(blank.space, stocks, w, program.moved)
     if not check.accepted:
         return blank
     if not blank.space.encloses:
@@ -113,19 +119,20 @@ def _excluded(
         certificate=w,
         check=check,
         words=words,
-        relaxations=_describe_denser(blank.space, stocks, needed) if relax else (),
+        relaxations=_describe_denser(blank.space, stocks, needed, program) if relax else (),
     )
 
 
 def _describe_denser(
-    space: DesignSpace, stocks: Mapping[int, Stock], needed: DensityNeeded
+    space: DesignSpace,
+    stocks: Mapping[int, Stock],
+    needed: DensityNeeded,
+    asked: AddedProgram,
 ) -> tuple[Relaxation, ...]:
     """Describe the density that is enough, if it was found, and the least mass it needs."""
     if not np.isfinite(needed.factor):
         return ()
-    program = build_added_program(
-        space, {b: stock.region for b, stock in stocks.items()}, "mass"
-    )
+    program = build_added_program(space, asked.regions, "mass", moved=asked.moved)
     factor = needed.factor * (1.0 + density_gap(program))
     mass = least_mass(program, list(stocks.values()), needed, factor)
     return (Relaxation(None, factor, program.unit * mass),)
@@ -141,13 +148,13 @@ def _filled(
     """Return the verdict with parts of the regions that are filled, if they balance."""
     space = program.space
     parts = fill_least(program, list(stocks.values()), needed, prove)
-    z = with_moments(program, parts.moments)
+    z = with_moments(program, parts.moments, parts.shares)
     residual = balance_residual(space, z)
     if not residual <= COUNTERWEIGHT_RESIDUAL:
         return blank
     if not space.sure:
         return replace(blank, words=f"undecided: {UNSETTLED}")
-    value, priced = added_objective(program, list(parts.moments))
+    value, priced = added_objective(program, list(parts.moments), parts.shares)
     masses = parts.moments[:, 3, 3]
     weights = tuple(
         filled_counterweight(space.bodies[b], stock, form, program.unit * P)
@@ -155,15 +162,13 @@ def _filled(
         if P[3, 3] > FILLED_MASS_ZERO * masses.sum()
     )
     gap = max(0.0, priced - parts.bound) / priced if priced > 0.0 else 0.0
-    total = sum(weight.mass for weight in weights)
-    text = (
-        f"feasible: {number_text(total)} kg added to {number_text(blank.given_mass)} kg "
-        "balance it"
-    )
+    moved = moved_masses(space, program.regions, program.taken, parts.shares, program.unit)
+    text = f"feasible: {change_words(weights, moved, blank.given_mass)} balance it"
     if gap > FILLING_GAP:
         text = f"{text}; less may do: see the gap"
     return replace(
         blank,
+        moved=moved,
         verdict="feasible",
         value=value,
         gap=gap,

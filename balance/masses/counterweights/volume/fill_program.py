@@ -25,7 +25,8 @@ so that any y for which the quotient is above 1 proves that none does.
 The largest moment of inertia as the objective has matrices ``W_b ⪰ 0`` beside y, with
 ``Σ_b tr W_b = 1``: C_b then includes what W_b makes of the moments of inertia, and the dual has
 the constant ``Σ_b <W_b, I_b>`` of the given masses. The masters find W_b, and Newton's method
-keeps them.
+keeps them. Likewise they find which shares of the given masses are moved
+(`balance.masses.counterweights.moved_matter`).
 """
 
 from __future__ import annotations
@@ -35,7 +36,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.added_program import AddedProgram, added_objective
+from balance.masses.counterweights.added_program import (
+    AddedProgram,
+    added_objective,
+    after_taking,
+)
+from balance.masses.counterweights.moved_matter import shifted
+from balance.masses.counterweights.volume.settled_shares import NO_LINKS, settled, with_shares
 from balance.masses.counterweights.volume.stock import (
     COARSE,
     FINE,
@@ -102,12 +109,14 @@ class FilledParts(NamedTuple):
     Attributes:
         forms: matrices (links, 4, 4) in unit coordinates; matter is where they are positive.
         moments: moments of the parts (links, 4, 4), in units of mass.
+        shares: share of the given mass that is taken from each link (links,).
         bound: no matter of this density has a smaller objective, in units of the objective.
         dual: y (ρ,).
     """
 
     forms: Array
     moments: Array
+    shares: Array
     bound: float
     dual: Array
 
@@ -130,9 +139,11 @@ def density_needed(
     value, dual = columns.generate(density_gap(program), CLEARLY_ENOUGH, hopeless)
     if value <= CLEARLY_ENOUGH:
         return DensityNeeded(value, 0.0, dual[: program.target.size], columns.parts)
-    sums = np.sum(_support_functions(program, stocks, columns.forms(dual)), axis=0)
+    forms = columns.forms(dual)
+    seen = shifted(forms, columns.shifts(forms, value))
+    sums = np.sum(_support_functions(program, stocks, seen), axis=0)
     dual = dual[: program.target.size]
-    against = float(dual @ program.target)
+    against = float(dual @ program.target) - columns.gains(forms, seen)
     bound = against / float(sums.sum()) if against > 0.0 else 0.0
     return DensityNeeded(value, bound, dual, columns.parts)
 
@@ -155,7 +166,8 @@ def least_mass(
     """
     denser = [stock._replace(density=factor * stock.density) for stock in stocks]
     columns = _Columns(program, denser, program.cost, [factor * part for part in needed.parts])
-    return columns.generate(max(MASS_GAP, density_gap(program)))[0]
+    value = columns.generate(max(MASS_GAP, density_gap(program)))[0]
+    return value - program.price_of_moving * float(columns.shares @ program.taken.masses)
 
 
 def fill_least(
@@ -178,22 +190,42 @@ def fill_least(
     for gap in FILL_GAPS[1:] if columns.heavy else FILL_GAPS:
         dual = columns.generate(gap)[1]
         prices = columns.prices(dual)
-        y, seen = _maximise(program, stocks, prices, dual[:rank])
-        forms = forms_of(program, y, prices)
+        forms = columns.forms(dual)
+        fixed = settled(
+            program,
+            prices,
+            dual[:rank],
+            columns.shares,
+            columns.placed,
+            columns.shifts(forms),
+            gap == FILL_GAPS[-1],
+        )
+        eta, seen = _maximise(fixed.program, stocks, fixed.prices, fixed.start)
+        forms = forms_of(fixed.program, eta, fixed.prices)
         moments = _fill_all(program, seen, forms)
-        residual = program.target - _conditions_of(program, moments)
-        dual = np.append(y, dual[rank:])
-        held = forms * moments
-        if prove:
+        shares = fixed.shares_of(program, moments)
+        residual = after_taking(program, shares, NO_LINKS, shares).target
+        residual = residual - _conditions_of(program, moments)
+        dual = np.append(fixed.multipliers(eta)[:rank], dual[rank:])
+        bound = columns.fixed(dual)
+        held, bare = forms * moments, columns.forms(dual)
+        if program.taken.links:
+            # A link from which nothing is taken may have a better shift than none.
+            best = shifted(bare, columns.shifts(bare))
+            bound -= columns.gains(bare, best)
+            held = _support_functions(program, stocks, best)
+        elif prove:
             held = _support_functions(program, seen, forms)
-        bound = columns.fixed(dual) - float(np.sum(held))
-        value = added_objective(program, list(moments))[1]
-        # Newton's method improves y, and not the matrices of moments of inertia.
-        close = not columns.heavy or value - bound <= FILLING_GAP_PROVED * value
+        bound -= float(np.sum(held))
+        value = added_objective(program, list(moments), shares)[1]
+        # Newton's method improves y, and not the matrices of moments of inertia, nor which
+        # shares are the largest.
+        exact = not columns.heavy and not program.taken.links
+        close = exact or value - bound <= FILLING_GAP_PROVED * value
         if close and float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
             break
         columns.parts.append(moments)
-    return FilledParts(forms, moments, bound, y)
+    return FilledParts(forms, moments, shares, bound, dual[:rank])
 
 
 def forms_of(program: AddedProgram, y: Array, cost: Array) -> Array:
@@ -232,6 +264,7 @@ class _Columns:
         """Start with given parts, or with regions and their halves for each condition alone."""
         self.program, self.stocks, self.cost = program, stocks, cost
         self.scaled, self.parts = parts is None, list(parts or ())
+        self.shares, self.placed = np.zeros(len(stocks)), np.zeros(len(stocks))
         if not self.parts:
             whole = np.tile(np.diag([0.0, 0.0, 0.0, 1.0]), (len(stocks), 1, 1))
             self.parts = [self._fill(whole)]
@@ -261,6 +294,25 @@ class _Columns:
         y = dual[: self.program.target.size]
         return forms_of(self.program, y, self.prices(dual))
 
+    @property
+    def price_of_moving(self) -> float:
+        """Price of a unit of mass that is moved."""
+        return 0.0 if self.scaled else self.program.price_of_moving
+
+    def shifts(self, forms: Array, factor: float = 1.0) -> Array:
+        """Compute the shifts (links,) of the least bound for forms, and a factor of density."""
+        if not self.program.taken.links:
+            return np.zeros(len(forms))
+        factor = (factor if np.isfinite(factor) else 1.0) / self.program.unit
+        return self.program.taken.shifts(
+            self.stocks, forms, self.price_of_moving, factor, COARSE
+        )
+
+    def gains(self, forms: Array, seen: Array) -> float:
+        """Compute what moving adds to the support functions of shifted forms."""
+        shifts = (seen - forms)[:, 3, 3]
+        return float(self.program.taken.gains(forms, shifts, self.price_of_moving).sum())
+
     def generate(
         self, gap: float, enough: float = -np.inf, hopeless: float = np.inf
     ) -> tuple[float, Array]:
@@ -284,8 +336,10 @@ class _Columns:
             steady = y if best is None else INERTIA * best + (1.0 - INERTIA) * y
             for z in (steady, y):
                 forms = self.forms(z)
-                moments = self._fill(forms)
-                size, against = float(np.sum(forms * moments)), self.fixed(z)
+                seen = shifted(forms, self.shifts(forms, value if self.scaled else 1.0))
+                moments = self._fill(seen)
+                size = float(np.sum(seen * moments))
+                against = self.fixed(z) - self.gains(forms, seen)
                 bound = against / size if self.scaled and size > 0.0 else against - size
                 if bound > lower and np.isfinite(value):
                     lower, best = bound, z
@@ -337,11 +391,20 @@ class _Columns:
             rows = np.vstack([rows, self._inertia_rows(vectors)])
             offset = np.append(offset, -program.inertia[1].reshape(-1))
             blocks += [ConstraintBlock("psd_triangle", 3)] * links
+            end += 6 * links
+        if program.taken.links:
+            q, rows, offset = with_shares(
+                program, self.cost, self.price_of_moving, (q, rows, offset), parts[:, :, 3, 3]
+            )
+            blocks.append(ConstraintBlock("nonnegative", len(rows) - end))
         solution = solve_conic(q, rows, offset, blocks)
-        dual = np.append(solution.dual[:rank], solution.dual[end:])
+        dual = np.append(solution.dual[:rank], solution.dual[rank + n + links : end])
         if solution.infeasible:
             return np.inf, dual, np.ones((count, links))
-        return float(q @ solution.x), dual, solution.x[:n].reshape(count, links)
+        mixture, taken = solution.x[:n].reshape(count, links), program.taken.links
+        self.placed = (mixture * parts[:, :, 3, 3]).sum(axis=0)
+        self.shares[taken] = solution.x[len(q) - len(taken) :]
+        return float(q @ solution.x), dual, mixture
 
     def _inertia_rows(self, vectors: Array) -> Array:
         """Build the rows of ``t - I_b``: shares of parts (count, links, 10), and t."""

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.exclusion import values_of_certificate
+from balance.masses.counterweights.moved_matter import shifted, taken_from
 from balance.masses.counterweights.volume.stock import Stock, support_function
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import CERTIFICATE_ORTHOGONAL
@@ -46,7 +47,10 @@ class FillingCheck(NamedTuple):
 
 
 def check_filling(
-    space: DesignSpace, stocks: Mapping[int, Stock], certificate: ArrayLike
+    space: DesignSpace,
+    stocks: Mapping[int, Stock],
+    certificate: ArrayLike,
+    moved: Mapping[int, float] | None = None,
 ) -> FillingCheck:
     """Check a certificate without the solver.
 
@@ -56,13 +60,19 @@ def check_filling(
         space: the design space.
         stocks: regions and densities by position of the body.
         certificate: w (parameters,) in the units of the chain.
+        moved: largest share of the given mass that may be moved, by position of the body; see
+            `balance.masses.counterweights.moved_matter`.
     """
     regions = {b: stock.region for b, stock in stocks.items()}
     values = values_of_certificate(space, regions, certificate)
     if values is None:
         return FillingCheck(False, np.inf, 0.0, np.inf)
     orthogonality, margin, forms, errors = values
-    most = 0.0
+    taken = taken_from(space, regions, moved or {})
+    shifts = taken.shifts(list(stocks.values()), forms)
+    # The residual may hide as much of what is taken as its size tells.
+    most = float(taken.gains(forms, shifts - 0.25 * errors * taken.spread).sum())
+    forms = shifted(forms, shifts)
     for stock, form, error in zip(stocks.values(), forms, errors, strict=True):
         integrated = stock.with_rays_inside(form)
         most += sum(support_function(integrated, form)) + float(error) * stock.whole

@@ -94,8 +94,11 @@ def rows_of(linkage, ways, z, length):
     return np.concatenate(found)
 
 
-def compare(seed):
-    """The optimum of a random linkage, regions and budget, and that of a general solver."""
+def compare(seed, move=False):
+    """The optimum of a random linkage, regions and budget, and that of a general solver.
+
+    With ``move``, shares of the given masses may be taken, if as much is placed there again.
+    """
     cp = pytest.importorskip("cvxpy")
     rng = np.random.default_rng(seed)
     corners = (kite, antiparallelogram, general)[seed % 3](rng)
@@ -110,8 +113,10 @@ def compare(seed):
     add = [space.bodies[b] for b in chosen]
     shapes = [shape_of(rng, np.zeros(3)) for _ in add]
     regions = {name: text for name, (text, _) in zip(add, shapes, strict=True)}
+    shares = {name: rng.uniform(0.1, 1.0) for name in add if move}
+    budget = 0.0 if move and seed % 2 else budget
     found = point_partial(
-        space, add, budget, regions=regions, motions=ways, weight_moment=length
+        space, add, budget, regions=regions, motions=ways, weight_moment=length, move=shares
     )
     given = np.array([body.inertia for body in linkage.bodies])
     fixed = rows_of(linkage, ways, given, length)
@@ -127,6 +132,11 @@ def compare(seed):
         )
         total = total + columns @ cp.hstack(parameters(H @ P @ H.T))
         mass, limits = mass + P[3, 3], [*limits, *own]
+        if space.bodies[b] in shares:
+            theta = cp.Variable(nonneg=True)
+            total = total - columns @ given[b] * theta
+            mass = mass - given[b, 0] * theta
+            limits += [theta <= shares[space.bodies[b]], P[3, 3] >= given[b, 0] * theta]
     problem = cp.Problem(cp.Minimize(cp.norm(total)), [*limits, mass <= budget])
     least = problem.solve(solver=cp.CLARABEL)
     return found, least, np.linalg.norm(fixed)
@@ -140,6 +150,15 @@ def test_a_general_solver_finds_the_same_optimum(seed):
     assert found.given.objective == pytest.approx(given, rel=1e-10)
     assert found.shaking.objective == pytest.approx(least, abs=1e-6 * given)
     assert found.verdict == "optimal" and found.bound <= found.shaking.objective
+
+
+@pytest.mark.table(1)
+@pytest.mark.parametrize("seed", range(number_of_cases(2, 8)))
+def test_a_general_solver_finds_the_same_optimum_of_moved_matter(seed):
+    found, least, given = compare(seed, move=True)
+    assert found.shaking.objective == pytest.approx(least, abs=1e-6 * given)
+    assert found.verdict == "optimal" and found.bound <= found.shaking.objective
+    assert any(found.moved.values()) and found.mass <= found.budget * (1 + 1e-9)
 
 
 # --- laws ----------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 from balance.support.units import read_quantity
 from kinematics.error_text import did_you_mean
@@ -14,10 +14,13 @@ MATERIALS = {
     "aluminium": 2700.0,
     "brass": 8500.0,
     "titanium": 4430.0,
-    "tungsten": 19300.0,
+    "tungsten": 19250.0,
     "lead": 11340.0,
 }
 """Densities of materials, kg/m³."""
+
+Density: TypeAlias = float | str | Mapping[str, float | str] | None
+"""kg/m³, a material, a text such as ``"7.85 g/cm³"``, or one of these by link; None for any."""
 
 
 def density_in_si(value: Any) -> Any:

@@ -12,14 +12,15 @@ from balance.masses.counterweights.lumps import Lumps
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.stock import Stock
 from balance.space.inertial_parameters.conversions import mass_properties
+from balance.support.materials import MATERIALS
 from balance.support.tolerances import PLACED_AS_TAKEN
 from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, number_text, vector_text
 
-DENSITIES = {"steel": 7850.0, "tungsten": 19250.0}
-"""Densities of metals, kg/m³."""
+DENSITIES = {name: MATERIALS[name] for name in ("steel", "tungsten")}
+"""Densities of the metals whose volumes are listed, kg/m³."""
 
 MOST_LUMPS = 4
 """Most lumps of a counterweight that are listed one by one."""

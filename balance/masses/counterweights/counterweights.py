@@ -37,6 +37,7 @@ from balance.space.requirements.required_space import (
 )
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.materials import Density, density_in_si
 from balance.support.options import Balance
 from balance.support.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
 from kinematics.errors import UsageError
@@ -56,7 +57,7 @@ def counterweights(
     regions: Mapping[str, Region | str] | None = None,
     minimise: AddedObjective = "mass",
     *,
-    density: float | Mapping[str, float] | None = STEEL,
+    density: Density = STEEL,
     thickness: float | None = None,
     price_of_mass: float = IDLE_MASS_PRICE,
     shape: str | None = None,
@@ -95,7 +96,8 @@ def counterweights(
             frame, kg m²; ``"rotor"``: trace of the generalised inertia matrix at the reference
             pose, kg m². The last two have a price on mass: ``price_of_mass``.
         density: density that added matter nowhere exceeds, or that on each link by name,
-            kg/m³; that of steel by default. None for point masses, denser than any material.
+            kg/m³ or a material as ``"lead"``; steel by default. None for point masses, denser
+            than any material.
         thickness: that of plates of added matter on a planar linkage, m, in equal halves about
             the plane of the linkage, within the section of each region with it. The momentum
             then has three components. Not for point masses.
@@ -143,12 +145,13 @@ def counterweights(
     asked = as_space(space, motion, balance)
     motions = motions_or_turn(asked.linkage, motions, speed, crank, asked.motion)
     body_regions = regions_of(asked, links, regions or {})
-    limits = density_limits(asked, body_regions, density, thickness)
+    densities = density_in_si(density)
+    limits = density_limits(asked, body_regions, densities, thickness)
     if not (np.isfinite(price_of_mass) and price_of_mass >= 0.0):
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
-    choices = _wanted_shapes(asked, shape, minimise, density, thickness, move)
+    choices = _wanted_shapes(asked, shape, minimise, densities, thickness, move)
     moved = moved_links(asked, body_regions, move)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)

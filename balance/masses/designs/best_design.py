@@ -36,6 +36,7 @@ from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace, space_of
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.materials import Density, density_in_si
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture, write_file
 from balance.support.tolerances import DENSITIES_EQUAL, KEPT_BODY_RESIDUAL
@@ -270,7 +271,7 @@ def design(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     within: float | None = BALL_RADIUS,
     one_pose: bool = False,
-    density: float | Mapping[str, float] | None = STEEL,
+    density: Density = STEEL,
     thickness: float | None = None,
     motion: Motion | str | Sequence[str] | None = None,
     balance: Balance | None = None,
@@ -306,8 +307,8 @@ def design(
         within: radius of the balls, in lengths of the links; None for masses anywhere.
         one_pose: whether balance at the reference pose alone is enough: no momentum for any
             rates there. The space is then one of order 0, ``max_order=0``.
-        density: density that no body exceeds, or that of some bodies by name, kg/m³; bodies
-            that are kept have no limit. By default that of steel; None for no limits.
+        density: density that no body exceeds, or that of some bodies by name, kg/m³ or a
+            material; bodies that are kept have no limit. Steel by default; None for no limits.
         thickness: that of the bodies of a planar linkage whose density is limited, m; by
             default a twentieth of ``space.length``.
         motion: restriction of the inputs of a linkage; a space has its own.
@@ -337,9 +338,10 @@ def design(
     space = as_space(space, motion, balance)
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
-    answer = maximise_margin(space, keep, bounds, within, one_pose, density, thickness)
+    densities = density_in_si(density)
+    answer = maximise_margin(space, keep, bounds, within, one_pose, densities, thickness)
     constraints = answer.constraints
-    if minimise is None and density is not None and answer.z is not None:
+    if minimise is None and densities is not None and answer.z is not None:
         answer = _least_change(answer, constraints)
     elif minimise and answer.z is not None:
         answer = _minimise(replace(answer, minimise=minimise), constraints)

@@ -33,6 +33,7 @@ from balance.masses.partial.shaking_problem import (
 from balance.motion.verification.given_motions import Motions, motions_or_turn
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.materials import Density, density_in_si
 from balance.support.options import Balance
 from balance.support.tolerances import (
     FILLING_GAP_PROVED,
@@ -70,7 +71,7 @@ def partial(
     max_torque: Mapping[str, float] | None = None,
     frame: ElasticFrame | None = None,
     about: ArrayLike | None = None,
-    density: float | Mapping[str, float] | None = STEEL,
+    density: Density = STEEL,
     thickness: float | None = None,
     minimise: PartialObjective = "rms",
     move: Mapping[str, float] | None = None,
@@ -105,7 +106,8 @@ def partial(
         about: point in the inertial frame for moments, metres; the middle of the mechanism by
             default.
         density: density that added matter nowhere exceeds, or that on each link by name,
-            kg/m³; that of steel by default. None for point masses, denser than any material.
+            kg/m³ or a material as ``"lead"``; steel by default. None for point masses, denser
+            than any material.
         thickness: that of plates of added matter on a planar linkage, m, in equal halves about
             its plane.
         minimise: ``"rms"``; ``"peak"``: the largest ``√(|F|² + |M|²/ℓ²)`` of all samples;
@@ -142,7 +144,7 @@ def partial(
         max_torque,
         frame,
         about,
-        density,
+        density_in_si(density),
         thickness,
         minimise,
         move,
@@ -188,7 +190,7 @@ def pareto(
     max_torque: Mapping[str, float] | None = None,
     frame: ElasticFrame | None = None,
     about: ArrayLike | None = None,
-    density: float | Mapping[str, float] | None = STEEL,
+    density: Density = STEEL,
     thickness: float | None = None,
     minimise: PartialObjective = "rms",
     move: Mapping[str, float] | None = None,
@@ -216,7 +218,7 @@ def pareto(
         max_torque: largest drive torque of inputs, N m or N.
         frame: an elastic frame.
         about: point for moments, metres.
-        density: kg/m³; None for point masses.
+        density: kg/m³, or a material; None for point masses.
         thickness: of plates, metres.
         minimise: see `partial`.
         move: shares of given masses that may be moved, by link.
@@ -257,7 +259,7 @@ def pareto(
         max_torque,
         frame,
         about,
-        density,
+        density_in_si(density),
         thickness,
         minimise,
         move,

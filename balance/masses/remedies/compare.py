@@ -14,6 +14,7 @@ from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.catalogue import CATALOGUE
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.trade_off import GEAR_SHARES, best_points
+from balance.support.materials import density_in_si
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import MASSES_EQUAL
@@ -239,7 +240,7 @@ def compare_remedies(
     radius: float | None = None,
     budget: float | None = None,
     trade_off: int = 0,
-    density: float | None = None,
+    density: float | str | None = None,
     progress: Callable[[int, int], None] | None = None,
     report: Callable[[AppliedRemedy], None] | None = None,
     workers: int = 1,
@@ -265,8 +266,8 @@ def compare_remedies(
         budget: most mass that partial balance may add, kg; by default the mass of the linkage.
         trade_off: points of added mass against input inertia for each remedy that balances by
             the least matter: `AppliedRemedy.trade_off`; 0 for none.
-        density: density that added matter nowhere exceeds, kg/m³, new links included; by
-            default it is point masses, the limit of infinite density.
+        density: density that added matter nowhere exceeds, kg/m³ or a material, new links
+            included; by default it is point masses, the limit of infinite density.
         progress: called with the number of steps done and of all steps.
         report: called with each result, as soon as it is there and those before it are.
         workers: processes that apply remedies; each takes a second or two to start.
@@ -302,7 +303,7 @@ def compare_remedies(
         budget,
         progress=progress,
         trade_off=trade_off,
-        density=density,
+        density=density_in_si(density),
     )
     return compare_request(request, only, report, workers)
 

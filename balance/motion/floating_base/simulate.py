@@ -2,7 +2,7 @@
 
 Unknowns are the motion of the base and, if they are driven by torques, of the inputs: poses of
 the linkage follow from its inputs by Newton's method, so that loops cannot drift. The solver is
-DOP853 (E. Hairer, S. Norsett, G. Wanner, Solving Ordinary Differential BaseEquations I, 1993).
+DOP853 (E. Hairer, S. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993).
 """
 
 from __future__ import annotations

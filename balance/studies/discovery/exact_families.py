@@ -22,6 +22,7 @@ from balance.space.spaces.compute_space import design_space
 from balance.studies.discovery.families import Family
 from balance.studies.discovery.structure import TopologyArrays
 from balance.studies.discovery.to_linkage import to_linkage
+from balance.support.options import Balance
 from kinematics.errors import ExactError, LinkageError
 
 # Kinds of relations that formulas have: equal lengths, and coordinates that are zero.
@@ -44,20 +45,25 @@ class ExactFamily(NamedTuple):
     reason: str
 
 
-def decide_exactly(structure: TopologyArrays, family: Family) -> ExactFamily:
+def decide_exactly(
+    structure: TopologyArrays, family: Family, balance: Balance | None = "dynamic"
+) -> ExactFamily:
     """Decide whether the relations of a family are enough, and all of them needed.
 
     Args:
         structure: of its topology.
         family: the family; its first member says which dimensions are zero.
+        balance: what is asked for in all poses; None where it is another requirement.
     """
+    if balance is None:
+        return _undecided("formulas are of dynamic balance and force balance everywhere")
     if family.topology.space != "plane" or family.topology.gears:
         return _undecided("formulas are of planar linkages without gears")
     first = family.members[0]
     if others := {each.kind for each in first.relations} - set(LINEAR):
         return _undecided(f"formulas know no relations of the kind '{min(others)}'")
     try:
-        return _decided(structure, family)
+        return _decided(structure, balance, family)
     except (ExactError, UnclosedError) as error:
         return _undecided(str(error) or "dimensions with these relations have another rank")
     except LinkageError as error:
@@ -68,14 +74,14 @@ def _undecided(reason: str) -> ExactFamily:
     return ExactFamily(False, False, "", reason)
 
 
-def _decided(structure: TopologyArrays, family: Family) -> ExactFamily:
+def _decided(structure: TopologyArrays, balance: Balance, family: Family) -> ExactFamily:
     """Decide for a family whose relations are linear."""
     first = family.members[0]
     linkage = to_linkage(family.topology, structure, first.geometry)
-    space = design_space(linkage)
-    if space.nullity != family.nullity:
+    space = design_space(linkage, balance=balance)
+    if space.nullity != family.nullity - structure.uncounted:
         return _undecided(f"the first member has nullity {space.nullity} as a linkage")
-    problem = problem_of(space, force=False)
+    problem = problem_of(space, force=balance == "force")
     letters = {joint.name: joint.letter for joint in problem.parts.joints}
     table = {ord(name): letter for name, letter in letters.items()}
     where = [
@@ -95,7 +101,7 @@ def _decided(structure: TopologyArrays, family: Family) -> ExactFamily:
     )
     if not enough:
         return ExactFamily(False, False, "", "")
-    answer = formulas(linkage, where=where, buildable=find_spec("sympy") is not None)
+    answer = formulas(linkage, balance, where=where, buildable=find_spec("sympy") is not None)
     if not answer.confirmed:
         return _undecided("a check of the formulas under these relations failed")
     return ExactFamily(enough, needed, _bounds_by_joints(answer), "")

@@ -11,15 +11,14 @@ from balance.studies.discovery.job import DiscoveryJob
 from balance.studies.discovery.motion_range import MotionRange
 from balance.studies.discovery.quantities import quantities_of
 from balance.studies.discovery.results import ExaminedFamily, SearchResults
-from balance.studies.discovery.topologies import Topology
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.wording import count_noun, number_text
 
 SCHEMA = "balance.discover/1"
 # Least width of the labels of facts.
 LABELS = 13
-# What a search for force balance counts.
-FORCES = "force balance; nullity counts masses and centres of mass"
+# What a search counts in which no moments of inertia are.
+MASSES = "; nullity counts masses and centres of mass"
 Data = dict[str, Any]
 
 
@@ -135,25 +134,39 @@ def range_words(motion: Data | None) -> str:
     return f"{motion['joint']} from {low} to {high} ({size}){until}"
 
 
-def search_body(data: Data, topology: Topology) -> AnswerBody:
+def required_facts(require: str, masses: bool) -> list[tuple[str, str]]:
+    """Say what a search requires, but for dynamic balance.
+
+    Args:
+        require: the requirements.
+        masses: whether no moments of inertia count.
+    """
+    if require == "dynamic":
+        return []
+    words = "force balance" if require == "force" else require
+    return [("required", words + MASSES * masses)]
+
+
+def search_body(data: Data, job: DiscoveryJob) -> AnswerBody:
     """Build what is printed on what a search has found.
 
     Args:
         data: from `search_data`.
+        job: the search.
     """
     count = ("families", str(len(data["families"]) or "none"))
     families = (line for entry in data["families"] for line in ("", *_family_lines(entry)))
-    return [Facts([*search_facts(data, topology), count], LABELS), *families, ""]
+    return [Facts([*search_facts(data, job), count], LABELS), *families, ""]
 
 
-def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
+def search_facts(data: Data, job: DiscoveryJob) -> list[tuple[str, str]]:
     """List the facts on a search: labels and values.
 
     Args:
         data: from `search_data`.
     """
     joints = ", ".join(
-        f"{chr(65 + k)} {kind} {a}-{b}" for k, (kind, a, b) in enumerate(topology.edges)
+        f"{chr(65 + k)} {kind} {a}-{b}" for k, (kind, a, b) in enumerate(job.topology.edges)
     )
     outcomes = ", ".join(f"{count} {name}" for name, count in data["outcomes"].items())
     walked = f"{data['walked']} of {data['starts']}, seed {data['seed']}"
@@ -161,7 +174,7 @@ def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
         ("topology", data["topology"]),
         ("joints", f"{joints} (link 0 is the ground)"),
         ("walks", walked + ", to masses that can be built" * data["buildable"]),
-        *([("required", FORCES)] if data["require"] == "force" else []),
+        *required_facts(data["require"], job.structure.force),
         ("starts", "the model and changes of it" if data["near"] else "anywhere"),
         ("ends", outcomes or "none yet"),
         ("elsewhere", f"most geometries have nullity {data['nullity']}"),
@@ -196,7 +209,7 @@ def _family_lines(entry: Data) -> list[str]:
 
 def member_data(number: int, path: str, member: ExportedMember) -> Data:
     """Collect the facts on an exported member."""
-    checked, certainty = member.verification, getattr(member.space, "certainty", None)
+    certainty = getattr(member.space, "certainty", None)
     return {
         "schema": SCHEMA,
         "what": "export",
@@ -209,7 +222,7 @@ def member_data(number: int, path: str, member: ExportedMember) -> Data:
         "reason": "by floating point alone" if certainty is None else certainty.reason,
         "verdict": member.design.verdict,
         "words": member.design.words,
-        "balanced": None if checked is None else bool(checked.balanced),
+        "balanced": member.balanced,
     }
 
 

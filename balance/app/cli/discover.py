@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 MAX_START = 10_000_000
+# Starts that `walk` tries for one that ends at a special geometry.
+STARTS_TRIED = 300
 STARTS, MAX_STARTS = 300, 10_000_000
 MAX_WORKERS = 1024
 MAX_SEED = 2**31
@@ -390,7 +392,7 @@ def add_walk(kinds: Verbs) -> None:
         type=whole_number(0, MAX_START),
         metavar="N",
         help="number of the start, from 0 (default: the first that ends at a special geometry, "
-        f"of {TRIED})",
+        f"of {STARTS_TRIED})",
     )
     add_page_option(parser, "on which the linkage deforms while its singular value falls")
     add_json_option(parser, _walk)
@@ -409,14 +411,14 @@ def _walk(arguments: argparse.Namespace) -> Answer:
     from kinematics.errors import UsageError
 
     graph, start = topology(arguments.topology), arguments.start
-    count = TRIED if start is None else start + 1
+    count = STARTS_TRIED if start is None else start + 1
     some = count, arguments.seed, arguments.buildable
     job = DiscoveryJob(graph.name, *some, "", *_required(arguments))
     if start is None:
         start = first_special_start(job)
     if start < 0:
         raise UsageError(
-            f"none of {TRIED} walks ends at a special geometry; name one with --start, or try "
+            f"none of {STARTS_TRIED} walks ends at a special geometry; name one with --start, or try "
             "another --seed"
         )
     walk = watch_walk(job, start)

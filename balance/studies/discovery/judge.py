@@ -65,7 +65,7 @@ def judge_geometries(
             out.append("short link")
         elif _coincide(topology, structure, geometry, conditions, lane):
             out.append("joints coincide")
-        elif _idle(conditions, lane):
+        elif _idle(structure, conditions, lane):
             out.append("idle joint")
         else:
             out.append(
@@ -119,10 +119,14 @@ def _coincide(
     return False
 
 
-def _idle(conditions: LaneConditions, lane: int) -> bool:
-    """Whether a joint does not move in any pose."""
+def _idle(structure: TopologyArrays, conditions: LaneConditions, lane: int) -> bool:
+    """Whether a joint does not move in any pose, or no input in those of a requirement."""
     rates = np.abs(conditions.poses.C[lane]).max(axis=(0, 2))
-    return bool(rates.min() <= IDLE * rates.max())
+    if rates.min() <= IDLE * rates.max():
+        return True
+    inputs = list(structure.inputs)
+    others = [np.abs(poses.C[lane]).max(axis=(0, 2)) for poses in conditions.regions]
+    return bool(inputs) and any(x[inputs].max() <= IDLE * x.max() for x in others)
 
 
 def _still(

@@ -197,7 +197,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
             )
         data = search_data(file, search, monotonic() - begin)
     code = DONE if data["families"] else NEGATIVE
-    return Answer(code, lambda: data, lambda: search_body(data, job))
+    return Answer(code, lambda: data, lambda: search_body(data, job.topology))
 
 
 def _job(arguments: argparse.Namespace) -> tuple[DiscoveryJob, str]:
@@ -301,7 +301,7 @@ def _show(arguments: argparse.Namespace) -> Answer:
     return Answer(
         DONE if search.families else NEGATIVE,
         lambda: data,
-        lambda: search_body(data, search.job),
+        lambda: search_body(data, search.job.topology),
         files=files,
     )
 
@@ -418,8 +418,8 @@ def _walk(arguments: argparse.Namespace) -> Answer:
         start = first_special_start(job)
     if start < 0:
         raise UsageError(
-            f"none of {STARTS_TRIED} walks ends at a special geometry; name one with --start, or try "
-            "another --seed"
+            f"none of {STARTS_TRIED} walks ends at a special geometry; name one with --start, "
+            "or try another --seed"
         )
     walk = watch_walk(job, start)
     data = walk_data(walk)

@@ -160,9 +160,7 @@ def _with_masses(job: DiscoveryJob, linkage: Linkage, rational: bool) -> Exporte
 def _is_balanced(job: DiscoveryJob, written: Linkage) -> bool:
     """Decide whether the masses of a file do as required: along motions, or by its space."""
     if job.everywhere is not None:
-        return bool(
-            verify(written, balance=job.everywhere, trajectories=TRAJECTORIES).balanced
-        )
+        return bool(verify(written, balance=job.everywhere, trajectories=TRAJECTORIES).balanced)
     return job.space(written).as_given.balanced is True
 
 

@@ -146,7 +146,12 @@ def _still(
     still[[link - 1 for link in topology.sliding_links]] = False
     nullity = int(np.sum(conditions.values[lane] <= 1e-12 * conditions.values[lane, 0]))
     serial = len(topology.edges) + len(topology.sliding_links)
-    if topology.space == "plane" and not structure.regions and still.any() and nullity - serial <= still.sum():
+    if (
+        topology.space == "plane"
+        and not structure.regions
+        and still.any()
+        and nullity - serial <= still.sum()
+    ):
         return "link does not turn"
     return ""
 

@@ -2,8 +2,8 @@
 
 Geometries of a topology share no frame of a file, but each has one of its ground: the origin A
 is the first turning joint of the ground, and d runs to the second one, or along a slider of the
-ground where there is none. Directions x and y are those of d and of d turned by 90°, and coordinates
-count in the length of d. With ``c = A + α d + β J d`` the components
+ground where there is none. Directions x and y are those of d and of d turned by 90°, and
+coordinates count in the length of d. With ``c = A + α d + β J d`` the components
 
     ξ - c × p,    (α d + β J d) · p        (moment about c; force along a direction)
 

@@ -1,9 +1,9 @@
 """Requirements of a search: what they mean for all geometries of a topology.
 
-Joints are named by their letters. Those that requirements name are the inputs, as many as there
-are freedoms; their displacements are angles from the pose in which the joints are drawn, so that
-they mean the same whatever the lengths are. Directions and points are those of the frame of the
-ground (see `balance.studies.discovery.lane_regions`), in the plane.
+Joints are named by their letters. Those that requirements name are the inputs, as many as
+there are freedoms; their displacements are angles from the pose in which the joints are drawn,
+so that they mean the same whatever the lengths are. Directions and points are those of the
+frame of the ground (see `balance.studies.discovery.lane_regions`), in the plane.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ from kinematics.numerics.array_types import Array
 
 # Poses of a curved region, largest displacement at them, radians, and places to choose from.
 PLACES, NEAR_PLACES, LISTED = 10, 0.4, 64
+# Largest displacement of a joint, radians: a turn and a little.
+FARTHEST = 6.3
 # Directions of the axes in the plane.
 AXES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
 
@@ -102,6 +104,8 @@ def _check(topology: Topology, item: Requirement) -> None:
         )
     if item.path:
         raise _refusal(item, "a search is kept without its files: write a curve, as B=A**2")
+    if any(abs(value) > FARTHEST for _, value in item.pose or ()):
+        raise _refusal(item, "a displacement is more than a turn; joints turn in radians")
     if topology.space != "plane" and not item.whole:
         raise _refusal(
             item, "only geometries in a plane share a frame; write 'dynamic' or 'force'"
@@ -213,6 +217,8 @@ def _places(item: Requirement, inputs: tuple[str, ...]) -> tuple[Array, Array]:
     """
     listed = list(islice(places_on_surface(read_surface(item, inputs), inputs), LISTED))
     near = [place for place in listed if np.abs(place.u).max() <= NEAR_PLACES] or listed
+    if not max(np.abs(place.u).max() for place in near[:PLACES]) <= FARTHEST:
+        raise _refusal(item, "its poses are more than a turn from the reference pose")
     return (
         np.array([place.u for place in near[:PLACES]]),
         np.array([place.tangents for place in near[:PLACES]]),

@@ -50,7 +50,7 @@ def families_page(
         report=data,
         data={"scenes": scenes},
         scripts=["families"],
-        facts=facts_list(search_facts(data, job)),
+        facts=facts_list(search_facts(data, job.topology)),
         families=html_table(HEAD, [_row(entry) for entry in data["families"]], (2, 3, 4)),
         models="\n".join(_model(entry) for entry in data["families"]),
     )

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from balance.app.answers.answer import AnswerBody, Facts
+from balance.space.requirements.requirement import read_requirements
 from balance.studies.discovery.export import ExportedMember
 from balance.studies.discovery.families import Family
 from balance.studies.discovery.job import DiscoveryJob
 from balance.studies.discovery.motion_range import MotionRange
 from balance.studies.discovery.quantities import quantities_of
 from balance.studies.discovery.results import ExaminedFamily, SearchResults
+from balance.studies.discovery.topologies import Topology
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.wording import count_noun, number_text
 
@@ -134,39 +136,38 @@ def range_words(motion: Data | None) -> str:
     return f"{motion['joint']} from {low} to {high} ({size}){until}"
 
 
-def required_facts(require: str, masses: bool) -> list[tuple[str, str]]:
+def required_facts(require: str) -> list[tuple[str, str]]:
     """Say what a search requires, but for dynamic balance.
 
     Args:
         require: the requirements.
-        masses: whether no moments of inertia count.
     """
     if require == "dynamic":
         return []
+    masses = all(item.masses_alone for item in read_requirements(require))
     words = "force balance" if require == "force" else require
     return [("required", words + MASSES * masses)]
 
 
-def search_body(data: Data, job: DiscoveryJob) -> AnswerBody:
+def search_body(data: Data, topology: Topology) -> AnswerBody:
     """Build what is printed on what a search has found.
 
     Args:
         data: from `search_data`.
-        job: the search.
     """
     count = ("families", str(len(data["families"]) or "none"))
     families = (line for entry in data["families"] for line in ("", *_family_lines(entry)))
-    return [Facts([*search_facts(data, job), count], LABELS), *families, ""]
+    return [Facts([*search_facts(data, topology), count], LABELS), *families, ""]
 
 
-def search_facts(data: Data, job: DiscoveryJob) -> list[tuple[str, str]]:
+def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
     """List the facts on a search: labels and values.
 
     Args:
         data: from `search_data`.
     """
     joints = ", ".join(
-        f"{chr(65 + k)} {kind} {a}-{b}" for k, (kind, a, b) in enumerate(job.topology.edges)
+        f"{chr(65 + k)} {kind} {a}-{b}" for k, (kind, a, b) in enumerate(topology.edges)
     )
     outcomes = ", ".join(f"{count} {name}" for name, count in data["outcomes"].items())
     walked = f"{data['walked']} of {data['starts']}, seed {data['seed']}"
@@ -174,7 +175,7 @@ def search_facts(data: Data, job: DiscoveryJob) -> list[tuple[str, str]]:
         ("topology", data["topology"]),
         ("joints", f"{joints} (link 0 is the ground)"),
         ("walks", walked + ", to masses that can be built" * data["buildable"]),
-        *required_facts(data["require"], job.structure.force),
+        *required_facts(data["require"]),
         ("starts", "the model and changes of it" if data["near"] else "anywhere"),
         ("ends", outcomes or "none yet"),
         ("elsewhere", f"most geometries have nullity {data['nullity']}"),

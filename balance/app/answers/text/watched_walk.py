@@ -58,7 +58,7 @@ def walk_facts(data: Data) -> list[tuple[str, str]]:
     pairs = [
         ("topology", data["topology"]),
         ("start", start),
-        *required_facts(data["require"], bool(walk.job.structure.force)),
+        *required_facts(data["require"]),
         ("steps", f"{steps}{', and the polished end' if data['polished'] else ''}"),
         ("end", end),
     ]

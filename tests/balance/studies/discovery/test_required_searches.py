@@ -1,7 +1,7 @@
 """Searches for geometries with more masses that meet several requirements.
 
-The second route is that of `tests/independent/reference.py`, in the frame of the ground and with
-the joints named as inputs: regressors at finite poses of the linkage of a geometry.
+The second route is that of `tests/independent/reference.py`, in the frame of the ground and
+with the joints named as inputs: regressors at finite poses of the linkage of a geometry.
 """
 
 from __future__ import annotations
@@ -219,6 +219,9 @@ def test_the_command_searches_for_requirements(capsys, tmp_path):
         ("0-1 1-2 2-3 3-4 1-4", "force x", "the ground has no two"),
         (FIVE_BAR, "dynamic along B=A**2, A=B**2", "given by others"),
         ("four-bar", "dynamic along way.csv", "kept without its files"),
+        ("four-bar", "dynamic at A=30", "more than a turn"),
+        (FIVE_BAR, "dynamic along B=9+A**2", "more than a turn"),
+        (FIVE_BAR, "dynamic along B=A+", "cannot read"),
     ],
 )
 def test_what_means_nothing_for_all_geometries_is_refused(capsys, topology, text, told):

@@ -15,11 +15,19 @@ from typing import NamedTuple
 
 from balance.space.formulas.derive import formulas
 from balance.space.formulas.formula_data import Formulas
+from balance.space.formulas.geometry_samples import GeometrySamples
 from balance.space.formulas.modular_pose import UnclosedError
-from balance.space.formulas.problem import Problem, problem_of
+from balance.space.formulas.problem import PlanarProblem, Problem, problem_of
 from balance.space.formulas.relations import DimensionRelation
 from balance.space.spaces.compute_space import design_space
 from balance.studies.discovery.families import Family
+from balance.studies.discovery.quantities import quantities_of
+from balance.studies.discovery.related_dimensions import (
+    BRANCHES,
+    Condition,
+    RelatedDimensions,
+    condition_of,
+)
 from balance.studies.discovery.structure import TopologyArrays
 from balance.studies.discovery.to_linkage import to_linkage
 from balance.support.options import Balance
@@ -34,7 +42,7 @@ class ExactFamily(NamedTuple):
 
     Attributes:
         enough: whether all geometries with these relations have the nullity of the family.
-        needed: whether they have another one without any one of the equal lengths.
+        needed: whether they have another one without any one of them, but for zeros.
         buildable: the lengths for which masses can be built, in words; empty if not derived.
         reason: why this is not decided; empty if it is.
     """
@@ -60,8 +68,9 @@ def decide_exactly(
     if family.topology.space != "plane" or family.topology.gears:
         return _undecided("formulas are of planar linkages without gears")
     first = family.members[0]
-    if others := {each.kind for each in first.relations} - set(LINEAR):
-        return _undecided(f"formulas know no relations of the kind '{min(others)}'")
+    linear = all(each.kind in LINEAR for each in first.relations)
+    if not linear and not family.complete:
+        return _undecided("its relations are fewer than its codimension")
     try:
         return _decided(structure, balance, family)
     except (ExactError, UnclosedError) as error:
@@ -75,13 +84,15 @@ def _undecided(reason: str) -> ExactFamily:
 
 
 def _decided(structure: TopologyArrays, balance: Balance, family: Family) -> ExactFamily:
-    """Decide for a family whose relations are linear."""
+    """Decide for a family; where its relations are linear, with the lengths of masses."""
     first = family.members[0]
     linkage = to_linkage(family.topology, structure, first.geometry)
     space = design_space(linkage, balance=balance)
     if space.nullity != family.nullity - structure.uncounted:
         return _undecided(f"the first member has nullity {space.nullity} as a linkage")
     problem = problem_of(space, force=balance == "force")
+    if any(each.kind not in LINEAR for each in first.relations):
+        return _decided_by_polynomials(problem, family)
     letters = {joint.name: joint.letter for joint in problem.parts.joints}
     table = {ord(name): letter for name, letter in letters.items()}
     where = [
@@ -105,6 +116,36 @@ def _decided(structure: TopologyArrays, balance: Balance, family: Family) -> Exa
     if not answer.confirmed:
         return _undecided("a check of the formulas under these relations failed")
     return ExactFamily(enough, needed, _bounds_by_joints(answer), "")
+
+
+def _decided_by_polynomials(problem: Problem, family: Family) -> ExactFamily:
+    """Decide for a family with equal angles, or products or squares of lengths.
+
+    Raises:
+        ExactError: its relations are no polynomials, or cannot be solved.
+    """
+    assert isinstance(problem, PlanarProblem)
+    quantities, linkage = quantities_of(family.topology), problem.parts
+    conditions = [
+        condition_of(each, quantities, linkage)
+        for each in family.members[0].relations
+        if each.kind not in ("zero", "straight")  # coordinates that are 0 in the member
+    ]
+
+    def have_the_rank(conditions: Sequence[Condition]) -> bool:
+        related = RelatedDimensions(linkage, conditions)
+        for _ in range(BRANCHES if conditions else 1):
+            try:
+                GeometrySamples(problem.source, related, problem.target)
+            except UnclosedError:
+                continue
+            return True
+        return False
+
+    if not have_the_rank(conditions):
+        return ExactFamily(False, False, "", "")
+    others = [[f for f in conditions if f is not each] for each in conditions]
+    return ExactFamily(True, not any(map(have_the_rank, others)), "", "")
 
 
 def _have_the_rank(problem: Problem, relations: Sequence[DimensionRelation]) -> bool:

@@ -114,7 +114,7 @@ def exact_words(entry: Data) -> str:
     if not exact["enough"]:
         return "these relations alone do not give this nullity"
     words = f"these relations give nullity {entry['nullity']} for general lengths"
-    words += ", and no equal length can be left out" * exact["needed"]
+    words += ", and no equality of lengths or angles can be left out" * exact["needed"]
     return words + f"; masses can be built {exact['buildable']}" * bool(exact["buildable"])
 
 

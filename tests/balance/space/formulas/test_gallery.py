@@ -241,6 +241,21 @@ PAIRS = {
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", ["four_rrr_in_line", "four_rrr_symmetric"])
+@pytest.mark.parametrize("kind", ["force", "dynamic"])
+def test_legs_that_are_crossed_or_parallel(name, kind):
+    """Equal legs have both motions; the formulas are those of the file, in other lengths too."""
+    linkage = kinematics.load(name, inputs=["a1", "b1", "c1"])
+    formulas = balance.formulas(linkage, kind, STRAIGHT)
+    assert formulas.confirmed and formulas.rank == (6 if kind == "force" else 10)
+    space = balance.design_space(linkage, STRAIGHT, balance=kind)
+    assert violation(formulas, space, file_values(formulas.to_dict())) < 1e-12
+    # Of two motions with the same lengths each has its own conditions.
+    parallel = balance.design_space("four_rrr_parallel", STRAIGHT, balance=kind)
+    assert parallel.rank == space.rank
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAIRS)
 def test_four_rrr_whose_platform_does_not_turn(name):
     """Ten real conditions, eight with one parallel pair of legs, six with two."""

@@ -25,20 +25,20 @@ from . import (
 from . import (
     studies as studies,
 )
-from .masses.counterweights.answer import Counterweights as Counterweights
 from .masses.counterweights.counterweights import counterweights as counterweights
+from .masses.counterweights.counterweights_result import Counterweights as Counterweights
 from .masses.designs.best_design import Design as Design
 from .masses.designs.best_design import design as design
+from .masses.identification.identification import Identification as Identification
 from .masses.identification.identify import identify as identify
-from .masses.identification.result import Identification as Identification
 from .masses.mode_answers import ModeAnswers as ModeAnswers
 from .masses.mode_answers import motion_modes as motion_modes
 from .masses.partial.budgets import pareto as pareto
 from .masses.partial.budgets import partial as partial
-from .masses.partial.results import (
+from .masses.partial.partial_balance import (
     ParetoFront as ParetoFront,
 )
-from .masses.partial.results import (
+from .masses.partial.partial_balance import (
     PartialBalance as PartialBalance,
 )
 from .masses.remedies.compare import (
@@ -47,15 +47,15 @@ from .masses.remedies.compare import (
 from .masses.remedies.compare import (
     compare_remedies as compare_remedies,
 )
-from .masses.springs.answer import SpringBalance as SpringBalance
 from .masses.springs.find_springs import springs as springs
+from .masses.springs.spring_balance import SpringBalance as SpringBalance
 from .motion.paths.path_search import find_paths as find_paths
 from .motion.paths.path_to_pose import path_to_pose as path_to_pose
 from .motion.paths.reactionless_paths import ReactionlessPaths as ReactionlessPaths
-from .motion.quiet.answer import QuietMotion as QuietMotion
 from .motion.quiet.quiet_motion import quiet_motion as quiet_motion
+from .motion.quiet.quiet_motion_result import QuietMotion as QuietMotion
 from .motion.quiet.quiet_timing import quiet_timing as quiet_timing
-from .motion.verification.result import Verification as Verification
+from .motion.verification.verification import Verification as Verification
 from .motion.verification.verify_motions import verify as verify
 from .space.certification.certified_space import CertifiedSpace as CertifiedSpace
 from .space.certification.certify_space import certify as certify

@@ -22,7 +22,7 @@ from balance.masses.designs.best_design import design
 from balance.space.spaces.compute_space import design_space
 from balance.studies.discovery.families import Family
 from balance.studies.discovery.job import DiscoveryJob
-from balance.studies.discovery.results import (
+from balance.studies.discovery.search_results import (
     ExaminedFamily,
     SearchResults,
     examine,

@@ -1,5 +1,5 @@
 from .floating_base.base import FloatingBase as FloatingBase
-from .floating_base.result import FloatingBaseMotion as FloatingBaseMotion
+from .floating_base.floating_base_motion import FloatingBaseMotion as FloatingBaseMotion
 from .floating_base.simulate import simulate_floating_base as simulate_floating_base
 from .manufacture.analyse import ShakingTolerance as ShakingTolerance
 from .manufacture.analyse import shaking_tolerance as shaking_tolerance

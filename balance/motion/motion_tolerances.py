@@ -67,13 +67,13 @@ MOMENTS_EQUAL = 1e-9
 
 # --- reactionless_paths
 
-# Quadratic form of a tangent cone over the bodies' own momenta: up to this it vanishes.
+# Quadratic form of a tangent cone over the momenta of the bodies: up to this it vanishes.
 CONE_RESIDUAL = 1e-7
 # Discriminant of a form of size 1 up to which two lines of a cone are one, and sine of the
 # angle up to which they are.
 CONE_DOUBLE_ROOT = 1e-6
-# Momentum over the bodies' own, divided by the advance, that a branch near a meeting of paths
-# may leave; and the change of its coefficients at which it is found.
+# Momentum over those of the bodies, divided by the advance, that a branch near a meeting of
+# paths may leave; and the change of its coefficients at which it is found.
 LOCAL_CURVE_RESIDUAL = 1e-11
 LOCAL_CURVE_STEP = 1e-9
 # Distance from a branch through a meeting up to which a path is on it, radians and
@@ -82,7 +82,7 @@ ON_LOCAL_CURVE = 1e-8
 # Relative and absolute error of one step of the integration, radians and characteristic
 # lengths.
 PATH_STEP_ERROR = 1e-13
-# Momentum along a path over the bodies' own: above this it is none.
+# Momentum along a path over those of the bodies: above this it is none.
 PATH_MOMENTUM = 1e-8
 # Conditioning of the loops relative to the reference pose at which a path ends as singular.
 PATH_CONDITIONING = 2e-3

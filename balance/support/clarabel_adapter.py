@@ -47,11 +47,13 @@ class ConicSolution(NamedTuple):
         infeasible: whether the solver found that no x fulfils the constraints.
         x: the minimiser (n,), if there is one.
         dual: multipliers of the rows; a certificate if there is no x.
+        accurate: whether residuals and gap are as small as asked for.
     """
 
     infeasible: bool
     x: Array
     dual: Array
+    accurate: bool
 
 
 class _Columns(NamedTuple):
@@ -104,8 +106,9 @@ def solve_conic(
     solution: Any = clarabel.DefaultSolver(
         quadratic, q.tolist(), _columns(-rows), offset.tolist(), cones, settings
     ).solve()
-    infeasible = "PrimalInfeasible" in str(solution.status)
-    return ConicSolution(infeasible, np.array(solution.x), np.array(solution.z))
+    status = str(solution.status)
+    infeasible, accurate = "PrimalInfeasible" in status, status == "Solved"
+    return ConicSolution(infeasible, np.array(solution.x), np.array(solution.z), accurate)
 
 
 def solve_cones(

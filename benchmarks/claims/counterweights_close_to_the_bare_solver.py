@@ -17,8 +17,8 @@ from scipy.sparse import csc_matrix
 
 from balance import counterweights, design_space
 from balance.masses.counterweights.added_matter import moment_cone
+from balance.masses.counterweights.added_program import build_added_program, conic_arguments
 from balance.masses.counterweights.link_regions import regions_of
-from balance.masses.counterweights.program import build_added_program, conic_arguments
 from balance.space.spaces.design_space import DesignSpace
 from benchmarks.claims.verdict_close_to_the_bare_solver import _arm
 

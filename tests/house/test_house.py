@@ -261,6 +261,22 @@ def test_only_the_faces_of_packages_list_their_names():
     assert listing == faces
 
 
+def test_a_constant_has_one_value():
+    """A second one of its name would replace it, as where two modules become one."""
+    wrong = []
+    for path in PRODUCT:
+        assigned = [
+            target.id
+            for node in tree(path).body
+            if isinstance(node, ast.Assign | ast.AnnAssign)
+            for target in ast.walk(node)
+            if isinstance(target, ast.Name) and isinstance(target.ctx, ast.Store)
+        ]
+        twice = {name for name in assigned if assigned.count(name) > 1 and name.isupper()}
+        wrong += [f"{label(path)}: {name}" for name in sorted(twice)]
+    assert not wrong
+
+
 def test_files_are_short():
     lengths = {label(path): len(path.read_text("utf-8").splitlines()) for path in OURS}
     assert not {name: lines for name, lines in lengths.items() if lines > FILE_LINES}

@@ -17,7 +17,7 @@ import numpy as np
 
 import balance
 import kinematics
-from balance.masses.identification.result import Identification
+from balance.masses.identification.identification import Identification
 from tests.independent import reference
 from tests.independent.measured_loads import Arm, load_regressor
 from tests.support.laws import point_masses, sums

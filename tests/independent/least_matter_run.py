@@ -23,7 +23,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 import balance
-from balance.masses.counterweights.program import added_objective, build_added_program
+from balance.masses.counterweights.added_program import added_objective, build_added_program
 from tests.independent.counterweight_requests import random_request
 from tests.independent.filled_cells import cells, least_masses
 from tests.independent.second_counterweights import (

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweights import counterweights
+from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.regions import Region
 from balance.masses.partial.budgets import partial
-from balance.masses.partial.results import PartialBalance
+from balance.masses.partial.partial_balance import PartialBalance
 from balance.space.spaces.design_space import DesignSpace
 from kinematics.loading.model_gallery import LinkageLike
 

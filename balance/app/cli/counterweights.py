@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.app.answers.answer import Answer, Files
+from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser
 from balance.app.cli.density_options import (
     add_density_options,
@@ -40,8 +39,8 @@ from balance.app.cli.outputs import (
 from balance.app.cli.part_options import (
     add_parts_option,
     add_solids_option,
+    added_matter_files,
     check_parts_options,
-    counterweight_files,
     make_parts,
     notices_of_parts,
 )
@@ -54,9 +53,8 @@ from balance.app.cli.requirement_options import (
 from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
-    from balance.masses.counterweights.answer import Counterweights
+    from balance.masses.counterweights.counterweights_result import Counterweights
     from balance.masses.counterweights.movable_weights import MovableWeights
-    from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.payload import Payload
     from balance.space.spaces.design_space import DesignSpace
     from kinematics.model.linkage import Notice
@@ -132,9 +130,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
         arguments.refuse("--merge does not go with --payload, which no file holds")
     from balance.app.answers.text.counterweights import counterweights_body
     from balance.app.answers.text.payload import payload_section
+    from balance.masses.counterweights.added_program import IDLE_MASS_PRICE
     from balance.masses.counterweights.counterweights import counterweights
     from balance.masses.counterweights.link_regions import distant_regions, names_of_links
-    from balance.masses.counterweights.program import IDLE_MASS_PRICE
 
     given = arguments.price_of_mass
     with spinner("finding the least matter that balances"):
@@ -168,7 +166,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             random_motions_remark(arguments, matter.space.linkage) if matter.along else "",
             describe_written(arguments, matter.z is not None),
         ),
-        lambda: _files(arguments, matter, parts),
+        lambda: added_matter_files(arguments, matter, matter, parts),
     )
 
 
@@ -193,7 +191,7 @@ def _with_loads(
     given = arguments.csv or arguments.tool_path or arguments.speed is not None
     if matter.z is None or not (given or arguments.html is not None):
         return matter, []
-    from balance.masses.counterweights.loads_along import with_loads
+    from balance.masses.counterweights.counterweights import with_loads
 
     linkage = matter.space.linkage
     motions = motions_of(arguments, linkage)
@@ -223,17 +221,3 @@ def _shape(text: str) -> str:
     except UsageError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return text
-
-
-def _files(
-    arguments: argparse.Namespace,
-    counterweights: Counterweights,
-    parts: tuple[CounterweightPart, ...],
-) -> Files:
-    """Find what makes the files of counterweights, if there are any."""
-    from balance.app.answers.html.counterweights import counterweights_page
-
-    if counterweights.z is None:
-        return {}
-    page = partial(counterweights_page, counterweights)
-    return {**counterweight_files(arguments, counterweights, parts), "html": page}

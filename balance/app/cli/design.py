@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
-from functools import partial
 from os.path import isfile
 from typing import TYPE_CHECKING
 
-from balance.app.answers.answer import Answer, Files
+from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser
 from balance.app.cli.density_options import add_density_options, densities_of
 from balance.app.cli.exit_codes import verdict_code
@@ -16,7 +15,12 @@ from balance.app.cli.model_options import add_model_options, model_words
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.next_command import reduce_command
 from balance.app.cli.number_arguments import whole_number
-from balance.app.cli.outputs import add_out_option, add_page_option, describe_written
+from balance.app.cli.outputs import (
+    add_out_option,
+    add_page_option,
+    describe_written,
+    result_files,
+)
 from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
 from balance.app.cli.requirement_options import (
@@ -117,7 +121,11 @@ def _run(arguments: argparse.Namespace) -> Answer:
         lambda: design_body(design, reduce),
         notices,
         remark,
-        lambda: _files(design),
+        lambda: (
+            {}
+            if design.z is None
+            else {"out": design.to_urdf, **result_files(arguments, design)}
+        ),
     )
 
 
@@ -151,18 +159,6 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
         density=densities_of(arguments, free),
         thickness=arguments.thickness,
     )
-
-
-def _files(design: Design) -> Files:
-    """Find what makes the files of a design, if there is one."""
-    from balance.app.answers.html.design import design_page
-
-    if design.z is None:
-        return {}
-    return {
-        "out": design.to_urdf,
-        "html": partial(design_page, design),
-    }
 
 
 def _checked_claim(arguments: argparse.Namespace) -> str:

@@ -23,12 +23,11 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-MAX_START = 10_000_000
-# Starts that `walk` tries for one that ends at a special geometry.
-STARTS_TRIED = 300
 STARTS, MAX_STARTS = 300, 10_000_000
-MAX_WORKERS = 1024
+# Starts that a walk tries for one that ends at a special geometry.
+WALK_STARTS = 300
 MAX_SEED = 2**31
+MAX_WORKERS = 1024
 MEMBERS, TRIED, MAX_MEMBERS = 100, 20, 10_000
 KEPT = "keeps the walks so far; --resume goes on from there"
 
@@ -169,7 +168,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         LinkageError: there is no such topology, the file cannot be used, or workers fail.
     """
     from balance.app.answers.text.discovery import search_body, search_data
-    from balance.studies.discovery.results import read_search
+    from balance.studies.discovery.search_results import read_search
     from balance.studies.runs.results_file import ResultsFile
     from kinematics.wording import count_noun
 
@@ -225,7 +224,7 @@ def _job(arguments: argparse.Namespace) -> tuple[DiscoveryJob, str]:
 
 def _walk_all(arguments: argparse.Namespace, job: DiscoveryJob, file: ResultsFile) -> str:
     """Compute the chunks that the file lacks, as long as the time lasts; why that ended."""
-    from balance.studies.discovery.results import FamilyTally
+    from balance.studies.discovery.search_results import FamilyTally
     from balance.studies.runs.chunk_runs import run_chunks
     from kinematics.wording import count_noun
 
@@ -278,7 +277,7 @@ def _show(arguments: argparse.Namespace) -> Answer:
             written.
     """
     from balance.app.answers.text.discovery import families_data, search_body, search_data
-    from balance.studies.discovery.results import examine, read_search
+    from balance.studies.discovery.search_results import examine, read_search
     from balance.studies.runs.results_file import ResultsFile
 
     with ResultsFile.open(arguments.results) as file:
@@ -337,7 +336,7 @@ def _export(arguments: argparse.Namespace) -> Answer:
     """
     from balance.app.answers.text.discovery import member_body, member_data
     from balance.studies.discovery.export import export_member
-    from balance.studies.discovery.results import read_search
+    from balance.studies.discovery.search_results import read_search
     from balance.studies.runs.results_file import ResultsFile
     from kinematics.errors import UsageError
 
@@ -389,10 +388,10 @@ def add_walk(kinds: Verbs) -> None:
     )
     parser.add_argument(
         "--start",
-        type=whole_number(0, MAX_START),
+        type=whole_number(0, MAX_STARTS),
         metavar="N",
         help="number of the start, from 0 (default: the first that ends at a special geometry, "
-        f"of {STARTS_TRIED})",
+        f"of {WALK_STARTS})",
     )
     add_page_option(parser, "on which the linkage deforms while its singular value falls")
     add_json_option(parser, _walk)
@@ -411,14 +410,14 @@ def _walk(arguments: argparse.Namespace) -> Answer:
     from kinematics.errors import UsageError
 
     graph, start = topology(arguments.topology), arguments.start
-    count = STARTS_TRIED if start is None else start + 1
+    count = WALK_STARTS if start is None else start + 1
     some = count, arguments.seed, arguments.buildable
     job = DiscoveryJob(graph.name, *some, "", *_required(arguments))
     if start is None:
         start = first_special_start(job)
     if start < 0:
         raise UsageError(
-            f"none of {STARTS_TRIED} walks ends at a special geometry; name one with --start, "
+            f"none of {WALK_STARTS} walks ends at a special geometry; name one with --start, "
             "or try another --seed"
         )
     walk = watch_walk(job, start)

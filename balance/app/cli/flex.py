@@ -32,12 +32,12 @@ from balance.app.cli.outputs import (
     add_picture_option,
     add_table_option,
     kind_of,
+    result_files,
 )
 from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from balance.motion.flexible.free_modes import FreeMode
-    from balance.motion.flexible.linkage_motion import FlexibleSimulation
     from balance.motion.flexible.similarity import Arm
     from balance.motion.flexible.simulate import FlexibleMotion
     from balance.motion.flexible.translators import TranslatorMotion
@@ -116,16 +116,11 @@ def _modes(arguments: argparse.Namespace) -> Answer:
         arguments.beam, [*supports, *clamps], arguments.count, end_body=arguments.tip
     )
 
-    def files() -> Files:
-        from balance.app.answers.html.flexible_pictures import supported_modes_picture
-
-        return {"plot": partial(supported_modes_picture, modes, kind_of(arguments.plot))}
-
     return Answer(
         DONE,
         modes.to_dict,
         lambda: [supported_modes_table(modes)],
-        files=files,
+        files=lambda: result_files(arguments, modes),
     )
 
 
@@ -161,13 +156,12 @@ def _supports(arguments: argparse.Namespace) -> Answer:
     from balance.motion.flexible.support_points import support_points
 
     supports = support_points(arguments.count)
-
-    def files() -> Files:
-        from balance.app.answers.html.flexible_pictures import supports_picture
-
-        return {"plot": partial(supports_picture, supports, kind_of(arguments.plot))}
-
-    return Answer(DONE, supports.to_dict, lambda: supports_body(supports), files=files)
+    return Answer(
+        DONE,
+        supports.to_dict,
+        lambda: supports_body(supports),
+        files=lambda: result_files(arguments, supports),
+    )
 
 
 def _add_simulate(kinds: Verbs) -> None:
@@ -223,6 +217,7 @@ def _add_simulate(kinds: Verbs) -> None:
 def _simulate(arguments: argparse.Namespace) -> Answer:
     """Simulate the linkage of the options."""
     from balance.app.answers.text.flexible import flexible_motion_facts
+    from balance.motion.flexible.flex_data import motion_table
     from balance.motion.flexible.flex_links import parse_flex_link
     from balance.motion.flexible.linkage_motion import simulate_flexible
 
@@ -248,21 +243,11 @@ def _simulate(arguments: argparse.Namespace) -> Answer:
         run.to_dict,
         lambda: [Facts(flexible_motion_facts(run.flexible, run.motion))],
         run.notices,
-        files=lambda: _simulation_files(run, kind_of(arguments.plot)),
+        files=lambda: {
+            **result_files(arguments, run),
+            "table": partial(motion_table, run.flexible, run.motion),
+        },
     )
-
-
-def _simulation_files(simulation: FlexibleSimulation, kind: str) -> Files:
-    """Find what makes the files of a simulation."""
-    from balance.app.answers.html.flexible import flexible_page
-    from balance.app.answers.html.flexible_pictures import shaking_picture
-    from balance.motion.flexible.flex_data import motion_table
-
-    return {
-        "plot": partial(shaking_picture, simulation, kind),
-        "table": partial(motion_table, simulation.flexible, simulation.motion),
-        "html": partial(flexible_page, simulation),
-    }
 
 
 def _add_similar(kinds: Verbs) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -15,13 +15,13 @@ from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.app.cli.model_readings import solve_model
 from balance.app.cli.motion_source import motions_of
 from balance.app.cli.number_arguments import number_between, point, values_by_name
-from balance.app.cli.outputs import kind_of
+from balance.app.cli.outputs import result_files
 from balance.app.cli.progress import progress_bar
 from balance.app.cli.several_models import data_against
 
 if TYPE_CHECKING:
     from balance.motion.floating_base.base import FloatingBase
-    from balance.motion.floating_base.result import FloatingBaseMotion
+    from balance.motion.floating_base.floating_base_motion import FloatingBaseMotion
     from kinematics.model.linkage import Linkage
 
 
@@ -123,13 +123,19 @@ def run_floating_base(arguments: argparse.Namespace) -> Answer:
         results = _simulate(arguments, advance)
     from balance.app.answers.text.floating_base import floating_base_body
 
+    def files() -> Files:
+        from balance.app.answers.html.floating_base import floating_base_table
+
+        table = partial(floating_base_table, results[0])
+        return {**result_files(arguments, *results), "table": table}
+
     code = DONE if results[0].undisturbed else NEGATIVE
     return Answer(
         code if results[0].agreed else UNDECIDED,
         lambda: data_against(*results),
         lambda: floating_base_body(results),
         [notice for result in results for notice in result.notices],
-        files=lambda: _files(results, kind_of(arguments.plot)),
+        files=files,
     )
 
 
@@ -191,21 +197,6 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.tolerance is not None:
         options["tolerance"] = arguments.tolerance
     return options
-
-
-def _files(results: Sequence[FloatingBaseMotion], kind: str) -> Files:
-    """Find what makes the files of simulations."""
-    from balance.app.answers.html.floating_base import (
-        floating_base_page,
-        floating_base_picture,
-        floating_base_table,
-    )
-
-    return {
-        "plot": partial(floating_base_picture, *results, kind=kind),
-        "html": partial(floating_base_page, *results),
-        "table": partial(floating_base_table, results[0]),
-    }
 
 
 def _velocities(text: str) -> dict[str, float]:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.app.answers.answer import Answer, Files
+from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import DONE, UNDECIDED
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.number_arguments import positive_number
-from balance.app.cli.outputs import add_page_option
+from balance.app.cli.outputs import add_page_option, result_files
 
 if TYPE_CHECKING:
     from balance.space.formulas.formula_data import Formulas
@@ -94,15 +93,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
         answer.to_dict,
         lambda: formulas_body(answer, arguments.notation),
         remark=_remark(answer),
-        files=lambda: _files(answer),
+        files=lambda: result_files(arguments, answer),
     )
-
-
-def _files(answer: Formulas) -> Files:
-    """Find what makes the page."""
-    from balance.app.answers.html.formulas import formulas_page
-
-    return {"html": partial(formulas_page, answer)}
 
 
 def _remark(answer: Formulas) -> str:

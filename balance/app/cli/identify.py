@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from balance.app.answers.answer import Answer, Files
+from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options, load_model
@@ -20,7 +19,7 @@ from balance.app.cli.outputs import (
     add_page_option,
     add_picture_option,
     describe_written,
-    kind_of,
+    result_files,
 )
 from balance.app.cli.progress import progress_bar, spinner
 from balance.app.cli.quiet import add_limit, limits_by_name
@@ -28,7 +27,7 @@ from balance.support.options import GRAVITY
 
 if TYPE_CHECKING:
     from balance.masses.identification.exciting_motion import ExcitingMotion
-    from balance.masses.identification.result import Identification
+    from balance.masses.identification.identification import Identification
 
 # Options that only a measurement has, and those that only a plan has.
 MEASURED = ("measured", "wrench", "gravity", "about", "prior")
@@ -130,7 +129,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             lambda: plan_body(plan),
             plan.notices,
             describe_written(arguments, True),
-            lambda: _plan_files(arguments, plan),
+            lambda: {"out": plan.table, **result_files(arguments, plan)},
         )
     with spinner("identifying masses"):
         answer = _identify(arguments)
@@ -142,7 +141,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         lambda: identification_body(answer),
         answer.notices,
         describe_written(arguments, True),
-        lambda: _files(arguments, answer),
+        lambda: {"out": answer.to_urdf, **result_files(arguments, answer)},
     )
 
 
@@ -198,26 +197,3 @@ def _plan(arguments: argparse.Namespace) -> ExcitingMotion:
             progress=advance,
             **options,
         )
-
-
-def _files(arguments: argparse.Namespace, answer: Identification) -> Files:
-    """Find what makes the files of an identification."""
-    from balance.app.answers.html.identification import (
-        identification_page,
-        identification_picture,
-    )
-
-    picture = partial(identification_picture, answer, kind_of(arguments.plot))
-    return {
-        "out": answer.to_urdf,
-        "plot": picture,
-        "html": partial(identification_page, answer),
-    }
-
-
-def _plan_files(arguments: argparse.Namespace, plan: ExcitingMotion) -> Files:
-    """Find what makes the files of a plan."""
-    from balance.app.answers.html.identification import plan_page, plan_picture
-
-    picture = partial(plan_picture, plan, kind_of(arguments.plot))
-    return {"out": plan.table, "plot": picture, "html": partial(plan_page, plan)}

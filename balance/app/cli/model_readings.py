@@ -14,9 +14,9 @@ from balance.app.cli.model_options import load_model
 from kinematics.errors import LinkageError
 
 if TYPE_CHECKING:
-    from balance.motion.floating_base.result import FloatingBaseMotion
+    from balance.motion.floating_base.floating_base_motion import FloatingBaseMotion
     from balance.motion.taylor_poses.prediction import Predictions
-    from balance.motion.verification.result import Verification
+    from balance.motion.verification.verification import Verification
     from balance.space.certification.certified_space import CertifiedSpace
     from kinematics.model.linkage import Linkage
 

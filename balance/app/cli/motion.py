@@ -13,7 +13,7 @@ from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options, check_units
 from balance.app.cli.model_readings import solve_model
-from balance.app.cli.number_arguments import point, whole_number
+from balance.app.cli.number_arguments import add_tool, whole_number
 from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
 from balance.app.cli.progress import spinner
 from balance.support.units import read_quantity
@@ -55,23 +55,15 @@ def add_motion(parser: Parser) -> None:
     )
     add_model_options(parser, unused=("--balance", "--spatial"))
     group = parser.group("motion")
-    group.add_argument(
-        "--tool",
-        metavar="LINK",
-        help="inverse kinematics: the inputs are displacements of this link, named by --along",
+    add_tool(
+        group,
+        "inverse kinematics: the inputs are displacements of this link, named by --along",
     )
     group.add_argument(
         "--along",
         metavar="X,Y,…",
         help="directions of the tool: some of x, y, z, rx, ry, rz; others are held as far as "
         "that leaves these free",
-    )
-    group.add_argument(
-        "--point",
-        type=point,
-        metavar="X,Y,Z",
-        help="point of the tool that moves along these directions and about which it turns, in "
-        "metres, in the frame of the link (default: the origin of that frame)",
     )
     group.add_argument(
         "--order",

@@ -28,6 +28,22 @@ def add_about(group: argparse._ArgumentGroup, default: str) -> None:
     )
 
 
+def add_tool(group: argparse._ArgumentGroup, purpose: str) -> None:
+    """Add the options ``--tool`` and ``--point`` of a link and its point.
+
+    Args:
+        purpose: what the link is for, for the help.
+    """
+    group.add_argument("--tool", metavar="LINK", help=purpose)
+    group.add_argument(
+        "--point",
+        type=point,
+        metavar="X,Y,Z",
+        help="point of the tool that moves and about which it turns, in its frame, metres "
+        "(default: the origin)",
+    )
+
+
 def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:
     """Build an argparse type of whole numbers from ``lowest`` to ``highest``.
 

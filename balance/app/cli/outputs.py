@@ -6,14 +6,14 @@ import argparse
 import os
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from balance.app.cli.arguments import Parser
 from balance.support.atomic_files import check_outputs, is_stream, write_all_atomic
 from kinematics.errors import FileError, LinkageError, UsageError
 
 if TYPE_CHECKING:
-    from balance.app.answers.answer import Answer
+    from balance.app.answers.answer import Answer, Files
 
 
 # Options of all commands that name output files.
@@ -134,6 +134,22 @@ def _output_paths(arguments: argparse.Namespace) -> dict[str, str]:
     """Return the paths of output files by the names of their options."""
     given = vars(arguments).items()
     return {name: path for name, path in given if name in OUTPUTS and isinstance(path, str)}
+
+
+def result_files(arguments: argparse.Namespace, *results: Any, **page: object) -> Files:
+    """Find what makes the page and the picture of results: that of their methods.
+
+    Args:
+        results: one, whose class names the functions, or several that are shown together.
+        page: options of the page.
+    """
+    from balance.app.answers.result_files import maker_of
+
+    kind, first = kind_of(getattr(arguments, "plot", None)), results[0]
+    return {
+        "html": lambda: maker_of(first.page_maker)(*results, **page),
+        "plot": lambda: maker_of(first.picture_maker)(*results, kind=kind),
+    }
 
 
 def describe_written(arguments: argparse.Namespace, designed: bool) -> str:

@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Files
 from balance.app.cli.arguments import Parser
 from balance.app.cli.density_options import without_density
-from balance.app.cli.outputs import check_folder
+from balance.app.cli.outputs import check_folder, result_files
 from kinematics.errors import PackageError, UsageError
 
 if TYPE_CHECKING:
+    from balance.masses.counterweights.counterweights_result import Counterweights
     from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.counterweights.write_counterweights import WithCounterweights
+    from balance.masses.partial.partial_balance import ParetoFront, PartialBalance
     from kinematics.model.linkage import Notice
 
 
@@ -90,18 +92,29 @@ def notices_of_parts(
     return part_notices(parts, _wants_solids(arguments))
 
 
-def counterweight_files(
+def added_matter_files(
     arguments: argparse.Namespace,
-    answer: WithCounterweights,
+    answer: Counterweights | PartialBalance,
+    shown: Counterweights | ParetoFront,
     parts: tuple[CounterweightPart, ...],
 ) -> Files:
-    """Find what makes the file with the counterweights, and those of their parts."""
+    """Find what makes the files of counterweights and of their parts, if there are any.
+
+    Args:
+        answer: what is written.
+        shown: what the page and the picture show.
+    """
     from balance.masses.counterweights.parts.part_files import part_files
     from balance.masses.counterweights.write_counterweights import with_counterweights
 
-    meshes = {part.weight.link: _beside(arguments, part.mesh) for part in parts}
-    out = partial(with_counterweights, answer, merge=arguments.merge, meshes=meshes)
-    return {"out": out, "parts": partial(part_files, parts, solids=_wants_solids(arguments))}
+    if answer.z is None:
+        return {}
+    meshes = {part.weight.link: _path_from_output(arguments, part.mesh) for part in parts}
+    return {
+        **result_files(arguments, shown),
+        "out": partial(with_counterweights, answer, merge=arguments.merge, meshes=meshes),
+        "parts": partial(part_files, parts, solids=_wants_solids(arguments)),
+    }
 
 
 def _wants_solids(arguments: argparse.Namespace) -> bool:
@@ -109,7 +122,7 @@ def _wants_solids(arguments: argparse.Namespace) -> bool:
     return bool(getattr(arguments, "solids", False))
 
 
-def _beside(arguments: argparse.Namespace, name: str) -> str:
+def _path_from_output(arguments: argparse.Namespace, name: str) -> str:
     """Return the path of a part's file from the folder of the file that names it."""
     around = os.path.dirname(os.path.abspath(arguments.out or ""))
     path = os.path.join(os.path.abspath(arguments.parts), name)

@@ -14,13 +14,14 @@ from balance.app.cli.floating_base import inertia
 from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.app.cli.number_arguments import (
     add_about,
+    add_tool,
     finite_quantity,
     number_between,
     point,
     positive_number,
     whole_number,
 )
-from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
+from balance.app.cli.outputs import add_page_option, add_picture_option, result_files
 from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -128,15 +129,7 @@ def _add_tool_options(group: argparse._ArgumentGroup) -> None:
         help="where two or more rates are free: follow N paths in directions all around, which "
         "span the reactionless workspace (default: one for each free rate)",
     )
-    group.add_argument(
-        "--tool", metavar="LINK", help="link whose ways are shown, in its complete workspace"
-    )
-    group.add_argument(
-        "--point",
-        type=point,
-        metavar="X,Y,Z",
-        help="its point, in its frame, metres (default: the origin)",
-    )
+    add_tool(group, "link whose ways are shown, in its complete workspace")
 
 
 def _add_target_options(group: argparse._ArgumentGroup) -> None:
@@ -334,13 +327,9 @@ def _turn(text: str) -> tuple[float, ...]:
 
 def _files(arguments: argparse.Namespace, solution: ReactionlessPaths) -> Files:
     """Find what makes the files of paths; a table needs a path."""
-    from balance.app.answers.html.paths import paths_page, paths_picture
     from balance.motion.paths.path import path_table, segments_table
 
-    files: Files = {
-        "plot": partial(paths_picture, solution, kind_of(arguments.plot)),
-        "html": partial(paths_page, solution),
-    }
+    files = result_files(arguments, solution)
     if not solution.paths:
         return files
     if solution.target is not None:

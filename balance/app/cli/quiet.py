@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from balance.app.answers.answer import Answer, Files
@@ -13,6 +12,7 @@ from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options, load_model, parse_coordinates
 from balance.app.cli.number_arguments import (
     add_about,
+    add_tool,
     number_between,
     point,
     positive_number,
@@ -22,13 +22,13 @@ from balance.app.cli.outputs import (
     add_meshes_option,
     add_page_option,
     add_picture_option,
-    kind_of,
+    result_files,
 )
 from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
 
 if TYPE_CHECKING:
-    from balance.motion.quiet.answer import QuietMotion
+    from balance.motion.quiet.quiet_motion_result import QuietMotion
     from kinematics.model.linkage import Linkage
 
 # Limits of inputs: their options, and what they bound.
@@ -158,14 +158,7 @@ def _add_tool_options(group: argparse._ArgumentGroup) -> None:
         metavar="N",
         help="with --cycle: number of harmonics of the inputs (default 5)",
     )
-    group.add_argument("--tool", metavar="LINK", help="link whose poses are given")
-    group.add_argument(
-        "--point",
-        type=point,
-        metavar="X,Y,Z",
-        help="its point that moves and about which it turns, in its frame, metres (default: "
-        "the origin)",
-    )
+    add_tool(group, "link whose poses are given")
 
 
 def _add_objective_options(group: argparse._ArgumentGroup) -> None:
@@ -369,11 +362,5 @@ def limits_by_name(
 
 def _files(arguments: argparse.Namespace, plan: QuietMotion) -> Files:
     """Find what makes the files of a plan; a table needs a motion within the limits."""
-    from balance.app.answers.html.quiet import quiet_picture
-    from balance.app.answers.html.quiet_page import quiet_page
-
-    files: Files = {
-        "plot": partial(quiet_picture, plan, kind_of(arguments.plot)),
-        "html": partial(quiet_page, plan, meshes=not arguments.no_meshes),
-    }
+    files = result_files(arguments, plan, meshes=not arguments.no_meshes)
     return {**files, "motion_table": plan.table} if plan.feasible else files

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
-from balance.app.answers.answer import Answer, Files
+from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser, refuse_given
 from balance.app.cli.density_options import (
     add_density_options,
@@ -39,12 +39,11 @@ from balance.app.cli.outputs import (
     add_picture_option,
     describe_written,
     join_remarks,
-    kind_of,
 )
 from balance.app.cli.part_options import (
     add_parts_option,
+    added_matter_files,
     check_parts_options,
-    counterweight_files,
     make_parts,
     notices_of_parts,
 )
@@ -56,11 +55,10 @@ from balance.app.cli.requirement_options import (
 )
 
 if TYPE_CHECKING:
-    from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.partial.elastic_frame import ElasticFrame
     from balance.masses.partial.load_range import LoadsLeft
-    from balance.masses.partial.objectives import PartialObjective
-    from balance.masses.partial.results import ParetoFront
+    from balance.masses.partial.partial_balance import ParetoFront
+    from balance.masses.partial.shaking_objectives import PartialObjective
     from balance.masses.payload import Payload
 
 
@@ -266,7 +264,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             random_motions_remark(arguments, best.space.linkage),
             describe_written(arguments, best.z is not None),
         ),
-        lambda: _files(arguments, front, parts),
+        lambda: added_matter_files(arguments, front.designs[-1], front, parts),
     )
 
 
@@ -307,22 +305,6 @@ def _front(
         if payload is None or not payload.varies:
             return front, payload
         return front, shaking_left(front, payload, tuple(links), given)
-
-
-def _files(
-    arguments: argparse.Namespace, front: ParetoFront, parts: tuple[CounterweightPart, ...]
-) -> Files:
-    """Find what makes the files of designs, if there are any."""
-    from balance.app.answers.html.partial import front_picture, partial_page
-
-    best = front.designs[-1]
-    if best.z is None:
-        return {}
-    return {
-        **counterweight_files(arguments, best, parts),
-        "html": partial(partial_page, front),
-        "plot": partial(front_picture, front, kind_of(arguments.plot)),
-    }
 
 
 def _cap(*quantities: str) -> Callable[[str], tuple[str, float]]:

@@ -19,7 +19,7 @@ from balance.app.cli.outputs import (
     add_page_option,
     add_picture_option,
     check_folder,
-    kind_of,
+    result_files,
 )
 from balance.app.cli.progress import print_on_terminal, progress_bar
 from balance.masses.remedies.catalogue import CATALOGUE
@@ -121,17 +121,12 @@ def _print_result(applied: AppliedRemedy) -> None:
 
 def _files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:
     """Find what makes the page, the picture, and the files of the remedies that help."""
-    from balance.app.answers.html.remedies import remedies_page, remedies_picture
-    from balance.masses.remedies.files import remedy_files
+    from balance.masses.remedies.compare import remedy_files
 
-    files: Files = {
-        "out": partial(remedy_files, comparison.results),
-        "html": partial(remedies_page, comparison),
-    }
-    if any(applied.helps for applied in comparison.results):
-        picture = partial(remedies_picture, comparison, kind_of(arguments.plot))
-        return {**files, "plot": picture}
-    return files
+    files = dict(result_files(arguments, comparison))
+    if not any(applied.helps for applied in comparison.results):
+        del files["plot"]
+    return {**files, "out": partial(remedy_files, comparison.results)}
 
 
 def _request(

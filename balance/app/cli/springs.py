@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.app.answers.answer import Answer, Files
+from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.model_options import Coordinates, add_model_options, load_model
 from balance.app.cli.number_arguments import point
-from balance.app.cli.outputs import add_page_option, add_picture_option, kind_of
+from balance.app.cli.outputs import add_page_option, add_picture_option, result_files
 from balance.app.cli.payload_option import add_payload_option
 from balance.app.cli.progress import spinner
 from balance.support.options import GRAVITY
@@ -19,7 +18,7 @@ from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
-    from balance.masses.springs.answer import SpringBalance
+    from balance.masses.springs.spring_balance import SpringBalance
     from balance.masses.springs.spring_catalogue import CatalogueSpring
 
 
@@ -98,7 +97,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         answer.to_dict,
         lambda: springs_body(answer),
         answer.notices,
-        files=lambda: _files(arguments, answer),
+        files=lambda: result_files(arguments, answer),
     )
 
 
@@ -120,16 +119,6 @@ def _find(arguments: argparse.Namespace) -> SpringBalance:
         ranges=dict(arguments.range),
         payload=payload,
     )
-
-
-def _files(arguments: argparse.Namespace, answer: SpringBalance) -> Files:
-    """Find what makes the page and the picture of an answer."""
-    from balance.app.answers.html.springs import springs_page, springs_picture
-
-    return {
-        "html": partial(springs_page, answer),
-        "plot": partial(springs_picture, answer, kind_of(arguments.plot)),
-    }
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:

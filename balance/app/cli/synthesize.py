@@ -18,6 +18,7 @@ from balance.app.cli.outputs import (
     add_picture_option,
     add_table_option,
     kind_of,
+    result_files,
 )
 from balance.app.cli.progress import progress_bar
 
@@ -144,7 +145,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         verdict_code(synthesis.verdict),
         synthesis.to_dict,
         lambda: synthesis_body(synthesis),
-        files=lambda: _files(synthesis, kind_of(arguments.plot), kind_of(arguments.slot)),
+        files=lambda: _files(arguments, synthesis),
     )
 
 
@@ -172,16 +173,12 @@ def _synthesize(
     )
 
 
-def _files(synthesis: Synthesis, kind: str, slot_kind: str) -> Files:
+def _files(arguments: argparse.Namespace, synthesis: Synthesis) -> Files:
     """Find what makes the files of a synthesis; no mechanism, no file of it."""
-    from balance.app.answers.html.synthesis import synthesis_page, synthesis_picture
     from balance.studies.synthesis.constrained_motion import motion_csv
     from balance.studies.synthesis.couplings import SlotCoupling, slot_file
 
-    files: dict[str, Callable[[], str | bytes]] = {
-        "plot": partial(synthesis_picture, synthesis, kind),
-        "html": partial(synthesis_page, synthesis),
-    }
+    files = dict(result_files(arguments, synthesis))
     if not synthesis.mechanisms:
         return files
     best = synthesis.mechanisms[0]
@@ -189,7 +186,7 @@ def _files(synthesis: Synthesis, kind: str, slot_kind: str) -> Files:
     if best.table is not None:
         files["table"] = partial(motion_csv, best.table)
     if isinstance(best.coupling, SlotCoupling):
-        files["slot"] = partial(slot_file, best.coupling, slot_kind)
+        files["slot"] = partial(slot_file, best.coupling, kind_of(arguments.slot))
     return files
 
 

@@ -30,7 +30,7 @@ from balance.app.cli.outputs import (
     add_page_option,
     add_picture_option,
     add_table_option,
-    kind_of,
+    result_files,
 )
 from balance.app.cli.progress import progress_bar
 from balance.app.cli.several_models import (
@@ -44,7 +44,7 @@ from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.motion.verification.holding_torques import HoldingTorques
-    from balance.motion.verification.result import Verification
+    from balance.motion.verification.verification import Verification
     from kinematics.model.linkage import Linkage
 
 
@@ -275,12 +275,10 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _files(arguments: argparse.Namespace, results: Sequence[Verification]) -> Files:
     """Find what makes the files of verifications."""
-    from balance.app.answers.html.verification import verification_picture, verification_table
-    from balance.app.answers.html.verification_page import verification_page
+    from balance.app.answers.html.verification import verification_table
 
     return {
-        "plot": partial(verification_picture, *results, kind=kind_of(arguments.plot)),
-        "html": partial(verification_page, *results, meshes=not arguments.no_meshes),
+        **result_files(arguments, *results, meshes=not arguments.no_meshes),
         "table": partial(verification_table, results[0]),
     }
 

@@ -8,11 +8,10 @@ from typing import get_args
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights, Relaxation
+from balance.masses.counterweights.added_program import IDLE_MASS_PRICE, AddedObjective
+from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.decide import decide
 from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
-from balance.masses.counterweights.loads_along import with_loads
-from balance.masses.counterweights.program import IDLE_MASS_PRICE, AddedObjective
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
 from balance.masses.counterweights.shaped.weight_shape import (
@@ -26,6 +25,7 @@ from balance.masses.counterweights.volume.plates import (
     with_further_links,
 )
 from balance.masses.designs.density import STEEL
+from balance.motion.verification.before_after import compare_masses
 from balance.motion.verification.given_motions import Motions, motions_or_turn
 from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial
@@ -272,3 +272,26 @@ def _smallest_growth(
         else:
             low = middle
     return Relaxation(space.bodies[body], high, mass)
+
+
+def with_loads(
+    counterweights: Counterweights, motions: Motions | None = None
+) -> Counterweights:
+    """Add the loads along motions to counterweights that balance.
+
+    Args:
+        motions: by default the random ones of `balance.verify`.
+
+    Raises:
+        LinkageError: see `balance.verify`.
+    """
+    space = counterweights.space
+    assert counterweights.z is not None
+    along = compare_masses(
+        space.linkage,
+        counterweights.z,
+        motions=motions,
+        motion=space.motion,
+        balance=space.balance,
+    )
+    return replace(counterweights, along=along)

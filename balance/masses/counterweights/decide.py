@@ -7,11 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights
-from balance.masses.counterweights.counterweight import counterweight_of
-from balance.masses.counterweights.exclusion import check_exclusion, describe_exclusion
-from balance.masses.counterweights.lumps import fewer_lumps, lumps_of, refine_lumps
-from balance.masses.counterweights.program import (
+from balance.masses.counterweights.added_program import (
     IDLE_MASS_PRICE,
     AddedObjective,
     AddedProgram,
@@ -21,6 +17,10 @@ from balance.masses.counterweights.program import (
     certificate_dual,
     solve_added,
 )
+from balance.masses.counterweights.counterweight import counterweight_of
+from balance.masses.counterweights.counterweights_result import Counterweights
+from balance.masses.counterweights.exclusion import check_exclusion, describe_exclusion
+from balance.masses.counterweights.lumps import fewer_lumps, lumps_of, refine_lumps
 from balance.masses.counterweights.quadratic_minimum import least_values
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
@@ -60,25 +60,16 @@ def decide(
     """
     names = {space.bodies[b]: region for b, region in regions.items()}
     given_mass = float(given_parameters(space)[:, 0].sum())
-    blank = Counterweights(
-        space=space,
-        verdict="undecided",
-        minimise=minimise,
-        value=None,
-        gap=None,
-        regions=names,
-        chosen=(),
-        weights=(),
-        z=None,
-        residual=None,
-        certificate=None,
-        check=None,
-        relaxations=(),
-        given_mass=given_mass,
-        words=f"undecided: {UNCHECKED_MATTER}",
-    )
     program = build_added_program(space, regions, minimise, price)
-    blank = replace(blank, price=program.idle * space.length**2)
+    blank = Counterweights(
+        space,
+        "undecided",
+        minimise,
+        names,
+        given_mass,
+        words=f"undecided: {UNCHECKED_MATTER}",
+        price=program.idle * space.length**2,
+    )
     if space.as_given.balanced:
         return _keep_given_masses(blank, program)
     if _left_over(program):

@@ -16,13 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.masses.counterweights.added_matter import MomentCone, first_moment_cone
-from balance.masses.counterweights.decide import balance_residual
-from balance.masses.counterweights.link_regions import regions_of
-from balance.masses.counterweights.program import (
+from balance.masses.counterweights.added_program import (
     AddedProgram,
     build_added_program,
     conic_arguments,
 )
+from balance.masses.counterweights.decide import balance_residual
+from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.payload import Payload, carrying, read_payload

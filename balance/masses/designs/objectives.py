@@ -185,20 +185,28 @@ def _solve(
     lower: Array,
     trace_limit: float,
     limits: DensityRows | None = None,
+    scales: Array | None = None,
 ) -> Array | None:
     """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``.
 
+    Where the solver stops short of its accuracy, as with bodies of which some are a thousand
+    times as heavy as others, a second solution measures each body by the first one.
+
     Args:
         limits: rows of the limits of density.
+        scales: congruences A_b (free, k, k) of a second solution, which requires
+            ``A_b P_b A_bᵀ ⪰ A_b lower_b A_bᵀ``.
     """
     (count, n), size = cone.blocks.shape[:2], program.traces.size
+    A = np.tile(np.eye(cone.size), (count, 1, 1)) if scales is None else scales
+    blocks = A[:, None] @ cone.blocks @ A[:, None].swapaxes(-1, -2)
     others = program.lines[int(program.sized) :]
     lines = np.zeros((1 + len(others), n))
     lines[0, :size], lines[1:, :size] = -program.traces, others
-    linear = np.concatenate([cone.stack_rows(cone.blocks), lines])
+    linear = np.concatenate([cone.stack_rows(blocks), lines])
     rows = np.concatenate([np.column_stack([linear, np.zeros(len(linear))]), goal.rows])
     offset = np.zeros(len(rows))
-    offset[: len(linear) - len(lines)] = -cone.rows(lower).reshape(-1)
+    offset[: len(linear) - len(lines)] = -cone.rows(A @ lower @ A.swapaxes(-1, -2)).reshape(-1)
     offset[len(linear) - len(lines)] = trace_limit
     parts = [cone.part] * count + [ConstraintBlock("nonnegative", len(lines)), *goal.parts]
     q, H = goal.q, goal.H
@@ -220,7 +228,29 @@ def _solve(
     if solution.infeasible or not np.isfinite(solution.x).all():
         return None
     values[free] = solution.x
+    if scales is None and not solution.accurate:
+        A = _scales_of(cone.at(values[:n]))
+        if np.isfinite(A).all():
+            v = _solve(program, cone, goal, lower, trace_limit, limits, A)
+            return values[: n + 1] if v is None else v
     return values[: n + 1]
+
+
+def _scales_of(P: Array) -> Array:
+    """Compute the congruences that give bodies the mass 1, centre 0 and mean moment 1.
+
+    The scale of lengths is the same in all directions, so that ``trace(S) m ≥ |mc|²`` of planar
+    force balance stays a condition of the trace. NaN for a body without mass or extent.
+    """
+    d = P.shape[-1] - 1
+    m, centre = P[:, d, d], P[:, :d, d] / P[:, d, d, None]
+    second = np.trace(P, axis1=1, axis2=2) - m - m * (centre**2).sum(axis=1)
+    sizes = np.where(np.minimum(m, second) > 0.0, second, np.nan)
+    A = np.zeros_like(P)
+    A[:, :d, :d] = np.eye(d) * np.sqrt(d / sizes)[:, None, None]
+    A[:, :d, d] = -centre * np.sqrt(d / sizes)[:, None]
+    A[:, d, d] = 1.0 / np.sqrt(np.where(m > 0.0, m, np.nan))
+    return A
 
 
 def _check_definite(space: DesignSpace, free: tuple[int, ...], P: Array) -> None:

@@ -8,6 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.masses.identification.combinations import Combination, relevant_combinations
+from balance.masses.identification.identification import (
+    ChannelFit,
+    Identification,
+    Identified,
+    IdentifiedMass,
+    ShakingOf,
+)
 from balance.masses.identification.least_squares import LeastSquares, condition_number, solve
 from balance.masses.identification.likeliest_masses import (
     LikeliestMasses,
@@ -21,13 +28,6 @@ from balance.masses.identification.measurements import (
     motion_at,
     read_measurements,
     require_bodies,
-)
-from balance.masses.identification.result import (
-    ChannelFit,
-    Identification,
-    Identified,
-    IdentifiedMass,
-    ShakingOf,
 )
 from balance.motion.verification.given_motions import from_csv, large_angles, rounding_notice
 from balance.motion.verification.load_errors import load_errors

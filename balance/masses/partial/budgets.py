@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from math import inf
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,8 +20,8 @@ from balance.masses.partial.added_weights import (
 )
 from balance.masses.partial.elastic_frame import ElasticFrame
 from balance.masses.partial.least_shaking import CapsConflict, LeastShaking
-from balance.masses.partial.objectives import PartialObjective
-from balance.masses.partial.results import ParetoFront, PartialBalance
+from balance.masses.partial.partial_balance import ParetoFront, PartialBalance, PartialVerdict
+from balance.masses.partial.shaking_objectives import PartialObjective
 from balance.masses.partial.shaking_problem import (
     ShakingFigures,
     ShakingOptions,
@@ -343,7 +343,7 @@ def _result(
     what = f"{left_over} of the {problem.objective} in the file"
     if problem.program.balanced and not weights:
         text = "optimal: the masses in the file are balanced, and nothing is added"
-        verdict: Literal["optimal", "undecided"] = "optimal"
+        verdict: PartialVerdict = "optimal"
     elif gap <= (FILLING_GAP_PROVED if problem.program.stocks else SHAKING_GAP_PROVED):
         text = f"optimal: {mass_text} kg leave {what}, and nothing in the regions does better"
         verdict = "optimal"
@@ -354,23 +354,12 @@ def _result(
         text += (
             f"; it saves less than {HARDLY_SAVED:.1%}: matter there is hardly worth its mass"
         )
-    z = freeze(problem.matter.parameters(best.s))
-    return PartialBalance(
-        problem.space,
-        budget,
-        verdict,
-        text,
-        given,
-        figures,
-        best.bound,
-        weights,
-        z,
-        problem.motions,
-        problem.point,
-        problem.weight_moment,
-        problem.frame,
-        problem.minimise,
-        _regions_by_name(problem),
+    return replace(
+        _without_design(problem, budget, given, verdict, text),
+        shaking=figures,
+        bound=best.bound,
+        weights=weights,
+        z=freeze(problem.matter.parameters(best.s)),
     )
 
 
@@ -384,28 +373,29 @@ def _conflict(
         text = f"infeasible: no matter within {budget:g} kg in the regions keeps {caps} capped"
         if (factor := problem.least_caps(budget)) < inf:
             text += f"; caps {number_text(CAP_SPARE * factor)} times as large can be kept"
-    verdict: Literal["infeasible", "undecided"] = (
-        "infeasible" if conflict.proved else "undecided"
-    )
+    verdict: PartialVerdict = "infeasible" if conflict.proved else "undecided"
+    return _without_design(problem, budget, given, verdict, text)
+
+
+def _without_design(
+    problem: ShakingProblem,
+    budget: float,
+    given: ShakingFigures,
+    verdict: PartialVerdict,
+    words: str,
+) -> PartialBalance:
+    """Describe the request, and what the linkage of the file does."""
+    bodies, regions = problem.space.bodies, problem.matter.regions
     return PartialBalance(
         problem.space,
         budget,
         verdict,
-        text,
+        words,
         given,
-        None,
-        0.0,
-        (),
-        None,
         problem.motions,
         problem.point,
         problem.weight_moment,
         problem.frame,
         problem.minimise,
-        _regions_by_name(problem),
+        {bodies[b]: region for b, region in regions.items()},
     )
-
-
-def _regions_by_name(problem: ShakingProblem) -> dict[str, Region]:
-    """Name the links that may get matter, with their regions."""
-    return {problem.space.bodies[b]: region for b, region in problem.matter.regions.items()}

@@ -21,7 +21,7 @@ from balance.masses.partial.least_shaking import (
     quadratic_factor,
 )
 from balance.masses.partial.motion_loads import AddedParameters, MotionLoads, motion_loads
-from balance.masses.partial.objectives import (
+from balance.masses.partial.shaking_objectives import (
     PartialObjective,
     check_objective,
     harmonic_rows,
@@ -59,7 +59,7 @@ class ShakingOptions:
         about: point in the inertial frame for moments, metres.
         density: density that added matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates of added matter, m.
-        minimise: the objective; see `balance.masses.partial.objectives.PartialObjective`.
+        minimise: the objective; see `PartialObjective`.
     """
 
     regions: Mapping[str, Region | str] | None = None

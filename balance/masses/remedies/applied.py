@@ -46,9 +46,9 @@ class AppliedRemedy:
         new_links: links that the remedy adds, without counterweights.
         new_joints: joints and loops that it adds.
         lost_freedoms: degrees of freedom that it takes.
-        residual: largest shaking over random motions, relative to the bodies' own inertia
-            wrenches, by `balance.verify`; for ``"partial"`` the root mean square of the shaking
-            over that of the file; None if there is no linkage to verify.
+        residual: largest shaking over random motions, relative to the inertia wrenches of
+            the bodies, by `balance.verify`; for ``"partial"`` the root mean square of the
+            shaking over that of the file; None if there is no linkage to verify.
         urdf: file of the linkage with the remedy and its masses; None if there is none.
         files: other files by name, such as the table of a varying ratio.
         details: plain data for JSON.

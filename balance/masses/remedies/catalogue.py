@@ -14,6 +14,8 @@ class Remedy(NamedTuple):
         title: what it is, in words of the field.
         abbreviation: in reviews of the field; empty if there is none.
         source: author, year and place.
+        module: that of its function ``apply_…``, which the comparison imports by its name, so
+            that who names one remedy waits for no other.
     """
 
     name: str
@@ -21,6 +23,7 @@ class Remedy(NamedTuple):
     title: str
     abbreviation: str
     source: str
+    module: str
 
 
 _REVIEW = "V. van der Wijk, J. L. Herder, B. Demeulenaere, J. Mech. Robotics 1(4), 2009"
@@ -39,6 +42,7 @@ CATALOGUE: dict[str, Remedy] = {
             "counter-masses on the links",
             "CM",
             _REVIEW,
+            "matter_on_links",
         ),
         Remedy(
             "separate_rotors",
@@ -46,6 +50,7 @@ CATALOGUE: dict[str, Remedy] = {
             "separate counter-rotations",
             "SCR",
             _REVIEW,
+            "counter_rotations.separate_rotors",
         ),
         Remedy(
             "counter_rotary_masses",
@@ -53,6 +58,7 @@ CATALOGUE: dict[str, Remedy] = {
             "counter-rotary counter-masses",
             "CRCM",
             _REVIEW,
+            "counter_rotations.counter_rotary_masses",
         ),
         Remedy(
             "planetary_transmission",
@@ -60,6 +66,7 @@ CATALOGUE: dict[str, Remedy] = {
             "counter-rotations on the base, driven by wheels along the links",
             "SCR",
             _BECHT,
+            "counter_rotations.transmissions",
         ),
         Remedy(
             "parallelogram_transmission",
@@ -67,9 +74,15 @@ CATALOGUE: dict[str, Remedy] = {
             "counter-rotations on the base, driven by parallelograms (idler loops)",
             "SCR",
             _BECHT,
+            "counter_rotations.transmissions",
         ),
         Remedy(
-            "duplicates", "mirrored copies", "mirrored copies driven in step", "DM", _REVIEW
+            "duplicates",
+            "mirrored copies",
+            "mirrored copies driven in step",
+            "DM",
+            _REVIEW,
+            "copies.duplicates",
         ),
         Remedy(
             "added_dyad",
@@ -77,6 +90,7 @@ CATALOGUE: dict[str, Remedy] = {
             "an added dyad (Assur group)",
             "ALM",
             "S. Briot, V. Arakelian, Mechanism and Machine Theory 57, 2012",
+            "dyads.added_dyad",
         ),
         Remedy(
             "passive_wheel",
@@ -84,6 +98,7 @@ CATALOGUE: dict[str, Remedy] = {
             "one wheel driven with a varying ratio",
             "",
             _BECHT,
+            "balancers.balancing_wheels",
         ),
         Remedy(
             "active_wheel",
@@ -91,6 +106,7 @@ CATALOGUE: dict[str, Remedy] = {
             "one wheel with a drive of its own",
             "ADBU",
             _REVIEW,
+            "balancers.balancing_wheels",
         ),
         Remedy(
             "moving_mass",
@@ -98,17 +114,31 @@ CATALOGUE: dict[str, Remedy] = {
             "one body on slides with drives of its own",
             "ADBU",
             _BODY,
+            "balancers.moving_body",
         ),
-        Remedy("cam_mass", "a moving body with cams", "one body moved by cams", "", _BODY),
+        Remedy(
+            "cam_mass",
+            "a moving body with cams",
+            "one body moved by cams",
+            "",
+            _BODY,
+            "balancers.moving_body",
+        ),
         Remedy(
             "free_joint",
             "a free hinge of the frame",
             "a free joint at the common centre of mass",
             "",
             _BECHT,
+            "balancers.free_joint",
         ),
         Remedy(
-            "input_relation", "a relation of inputs", "a relation between inputs", "", _BECHT
+            "input_relation",
+            "a relation of inputs",
+            "a relation between inputs",
+            "",
+            _BECHT,
+            "constraints.input_relations",
         ),
         Remedy(
             "slider_path",
@@ -116,6 +146,7 @@ CATALOGUE: dict[str, Remedy] = {
             "a slider along a reactionless path",
             "",
             _BECHT,
+            "constraints.slider_path",
         ),
         Remedy(
             "balance_shafts",
@@ -123,6 +154,7 @@ CATALOGUE: dict[str, Remedy] = {
             "balance shafts against harmonics at constant speed",
             "",
             "F. W. Lanchester, 1911; E. N. Stevensen, J. Engineering for Industry 95(2), 1973",
+            "shafts.balance_shafts",
         ),
         Remedy(
             "force_masses",
@@ -130,6 +162,7 @@ CATALOGUE: dict[str, Remedy] = {
             "counter-masses against the force alone",
             "CM",
             _REVIEW,
+            "matter_on_links",
         ),
         Remedy(
             "pantograph",
@@ -137,6 +170,7 @@ CATALOGUE: dict[str, Remedy] = {
             "a pantograph with a counter-mass against the force",
             "",
             "V. H. Arakelian, M. R. Smith, J. Mechanical Design 127(2), 2005",
+            "dyads.pantograph",
         ),
         Remedy(
             "partial",
@@ -144,6 +178,7 @@ CATALOGUE: dict[str, Remedy] = {
             "least shaking for a budget of matter",
             "",
             "S. Boyd, L. Vandenberghe, Convex Optimization, 2004",
+            "matter_on_links",
         ),
         Remedy(
             "harmonic_springs",
@@ -151,6 +186,7 @@ CATALOGUE: dict[str, Remedy] = {
             "springs against the input torque at constant speed",
             "",
             "B. Demeulenaere, J. De Schutter, J. Mechanical Design 127(5), 2005",
+            "shafts.harmonic_springs",
         ),
     )
 }

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from pkgutil import resolve_name
 
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.feasibility import Feasibility, feasible
@@ -34,28 +35,6 @@ TORQUE_ALONE = ("harmonic_springs",)
 
 Apply = Callable[[RemedyRequest], Iterator[AppliedRemedy]]
 
-# Names of the remedies, in the order in which they are applied.
-_ORDER = (
-    "own_masses",
-    "separate_rotors",
-    "counter_rotary_masses",
-    "planetary_transmission",
-    "parallelogram_transmission",
-    "duplicates",
-    "added_dyad",
-    "passive_wheel",
-    "active_wheel",
-    "moving_mass",
-    "cam_mass",
-    "free_joint",
-    "input_relation",
-    "slider_path",
-    "balance_shafts",
-    "force_masses",
-    "pantograph",
-    "partial",
-    "harmonic_springs",
-)
 # Remedies with counter-rotations at the gear of the request.
 _GEARED = (
     "separate_rotors",
@@ -65,88 +44,9 @@ _GEARED = (
 )
 
 
-def _import_remedy(name: str) -> Apply:
-    """Import the function of one remedy: who names one waits for no other."""
-    match name:
-        case "own_masses" | "force_masses" | "partial":
-            from balance.masses.remedies import matter_on_links as matter
-
-            by_name: Mapping[str, Apply] = {
-                "own_masses": matter.apply_own_masses,
-                "force_masses": matter.apply_force_masses,
-                "partial": matter.apply_partial,
-            }
-            return by_name[name]
-        case "separate_rotors":
-            from balance.masses.remedies.counter_rotations import separate_rotors
-
-            return separate_rotors.apply_separate_rotors
-        case "counter_rotary_masses":
-            from balance.masses.remedies.counter_rotations import counter_rotary_masses
-
-            return counter_rotary_masses.apply_counter_rotary_masses
-        case "planetary_transmission" | "parallelogram_transmission":
-            from balance.masses.remedies.counter_rotations import transmissions
-
-            planetary = name == "planetary_transmission"
-            return (
-                transmissions.apply_planetary_transmission
-                if planetary
-                else transmissions.apply_parallelogram_transmission
-            )
-        case "passive_wheel" | "active_wheel":
-            from balance.masses.remedies.balancers import balancing_wheels as wheels
-
-            passive = name == "passive_wheel"
-            return wheels.apply_passive_wheel if passive else wheels.apply_active_wheel
-        case "moving_mass" | "cam_mass":
-            from balance.masses.remedies.balancers import moving_body
-
-            motors = name == "moving_mass"
-            return moving_body.apply_moving_mass if motors else moving_body.apply_cam_mass
-        case "free_joint":
-            from balance.masses.remedies.balancers import free_joint
-
-            return free_joint.apply_free_joint
-    return _import_added_links(name)
-
-
-def _import_added_links(name: str) -> Apply:
-    """Import the function of a remedy that adds links or ties the inputs."""
-    match name:
-        case "duplicates":
-            from balance.masses.remedies.copies import duplicates
-
-            return duplicates.apply_duplicates
-        case "added_dyad":
-            from balance.masses.remedies.dyads import added_dyad
-
-            return added_dyad.apply_added_dyad
-        case "pantograph":
-            from balance.masses.remedies.dyads import pantograph
-
-            return pantograph.apply_pantograph
-        case "input_relation":
-            from balance.masses.remedies.constraints import input_relations
-
-            return input_relations.apply_input_relation
-        case "slider_path":
-            from balance.masses.remedies.constraints import slider_path
-
-            return slider_path.apply_slider_path
-        case "harmonic_springs":
-            from balance.masses.remedies.shafts import harmonic_springs
-
-            return harmonic_springs.apply_harmonic_springs
-        case _:
-            from balance.masses.remedies.shafts import balance_shafts
-
-            return balance_shafts.apply_balance_shafts
-
-
 def _apply(name: str, request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Apply one remedy, with the points of its trade-off at all gears that are tried."""
-    apply = _import_remedy(name)
+    apply: Apply = resolve_name(f"{__package__}.{CATALOGUE[name].module}:apply_{name}")
     if not request.trade_off or name not in _GEARED:
         yield from apply(request)
         return
@@ -398,7 +298,7 @@ def compare_request(
             raise UsageError(f"no remedy '{name}'{meant}: choose from {', '.join(CATALOGUE)}")
     request = replace(request, only=tuple(only))
     request.check()
-    names = [name for name in _ORDER if name in (only or _ORDER)]
+    names = [name for name in CATALOGUE if name in (only or CATALOGUE)]
     kernel_clock.foresee(UNCOMPILED * len(names))
     results = []
     with collect_garbage_seldom():
@@ -407,3 +307,25 @@ def compare_request(
             if report is not None:
                 report(applied)
     return RemedyComparison(request, feasible(request.space), tuple(results))
+
+
+def remedy_files(results: Iterable[AppliedRemedy]) -> dict[str, bytes]:
+    """Name the files of results, such as ``remedy_2.urdf`` and ``remedy_2_table.csv``.
+
+    Args:
+        results: results of remedies; those that do not help have no files.
+
+    Returns:
+        The contents by name.
+    """
+    contents: dict[str, bytes] = {}
+    counts: dict[str, int] = {}
+    for applied in results:
+        if not applied.helps:
+            continue
+        counts[applied.remedy] = count = counts.get(applied.remedy, 0) + 1
+        stem = applied.remedy if count == 1 else f"{applied.remedy}_{count}"
+        if applied.urdf is not None:
+            contents[f"{stem}.urdf"] = applied.urdf
+        contents |= {f"{stem}_{name}": data for name, data in applied.files.items()}
+    return contents

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.counterweights import counterweights
+from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.link_regions import wide_region
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.feasibility import Feasibility, feasible

@@ -15,7 +15,7 @@ from balance.masses.remedies.balancers.on_base import (
     NoBalancer,
     balance_force,
 )
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.least_matter import rim_text
 from balance.masses.remedies.request import MOTIONS, RemedyRequest
 from balance.masses.remedies.variant import Variant
@@ -37,7 +37,7 @@ def apply_own_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         One result.
     """
     words = f"matter on {', '.join(request.links)}"
-    yield judge(request, Variant("own_masses", words, request.base, request.links))
+    yield judge_variant(request, Variant("own_masses", words, request.base, request.links))
 
 
 def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -57,9 +57,7 @@ def apply_force_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         balanced = balance_force(request)
     except NoBalancer as no:
         reason = no.reason.removeprefix("a wheel takes no force, and ")
-        yield replace(
-            refused("force_masses", reason, words), verdict=no.verdict, proof=no.proof
-        )
+        yield NoBalancer(no.verdict, reason, no.proof).applied("force_masses", words)
         return
     blank = AppliedRemedy("force_masses", words, "undecided", "")
     yield with_moment_left(request, blank, balanced)

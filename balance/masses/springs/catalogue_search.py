@@ -22,8 +22,8 @@ BESIDE = 1e-6
 UNIQUE = 1e-9
 
 
-class Tried(NamedTuple):
-    """Springs that were tried together.
+class SpringSet(NamedTuple):
+    """Springs that are attached together.
 
     Attributes:
         used: their indices.
@@ -36,7 +36,7 @@ class Tried(NamedTuple):
     entries: Choice = ()
 
 
-class _Chosen(NamedTuple):
+class _CatalogueSprings(NamedTuple):
     """The springs of a choice from a catalogue.
 
     Attributes:
@@ -54,7 +54,9 @@ class _Chosen(NamedTuple):
     spread: Array
 
 
-def _chosen(problem: SpringProblem, rows: Array, cone: SpringCone, choice: Choice) -> _Chosen:
+def _catalogue_springs(
+    problem: SpringProblem, rows: Array, cone: SpringCone, choice: Choice
+) -> _CatalogueSprings:
     """Take the springs of a choice, and the columns of their unknowns."""
     used = used_in(choice)
     entries = [entry for entry in choice if entry is not None]
@@ -70,12 +72,12 @@ def _chosen(problem: SpringProblem, rows: Array, cone: SpringCone, choice: Choic
         T = block_diag(*(matrix for _, matrix in pairs))
     few = np.column_stack([rows[:, columns] @ T, rows[:, -1]])
     ranges = [(entry.stiffness, entry.stiffness) for entry in entries]
-    return _Chosen(used, [spring for spring, _ in pairs], ranges, few, T)
+    return _CatalogueSprings(used, [spring for spring, _ in pairs], ranges, few, T)
 
 
 def balanced_of_catalogue(
     problem: SpringProblem, rows: Array, choices: Sequence[Choice]
-) -> tuple[list[Tried], bool]:
+) -> tuple[list[SpringSet], bool]:
     """Find the choices from a catalogue with the fewest springs that balance.
 
     None is tried that leaves torque, or that balances with points out of their ranges alone.
@@ -86,7 +88,7 @@ def balanced_of_catalogue(
     Returns:
         The choices; and whether fewer springs, or all, are excluded.
     """
-    balanced: list[Tried] = []
+    balanced: list[SpringSet] = []
     sure, cone = True, problem.cone
     limit = BESIDE * float(np.linalg.norm(problem.torque_triangle[:, -1]))
     bounds, inside = _lower_bounds(problem, choices)
@@ -95,14 +97,14 @@ def balanced_of_catalogue(
         if balanced and len(used) > len(balanced[0].used):
             break
         if used and possible:
-            part = _chosen(problem, rows, cone, choice)
+            part = _catalogue_springs(problem, rows, cone, choice)
             x, known = balance_springs(part.rows, part.springs, part.ranges, problem.unit)
-            balanced += [] if x is None else [Tried(used, part.spread @ x, choice)]
+            balanced += [] if x is None else [SpringSet(used, part.spread @ x, choice)]
             sure = sure and known
     return balanced, sure
 
 
-def least_of_catalogue(problem: SpringProblem, choices: Sequence[Choice]) -> Tried:
+def least_of_catalogue(problem: SpringProblem, choices: Sequence[Choice]) -> SpringSet:
     """Find the choice from a catalogue that leaves the least torque.
 
     Choices are tried in the order of their bounds, as long as these are below the least found.
@@ -110,16 +112,16 @@ def least_of_catalogue(problem: SpringProblem, choices: Sequence[Choice]) -> Tri
     rows, cone = problem.torque_triangle, problem.cone
     bounds, _ = _lower_bounds(problem, choices)
     size = float(np.linalg.norm(rows[:, -1]))
-    tried: dict[int, tuple[Tried, float]] = {}
+    tried: dict[int, tuple[SpringSet, float]] = {}
     least = np.inf
     for n in np.argsort(bounds, kind="stable").tolist():
         if bounds[n] > least + BESIDE * size:
             break
-        part, x = _chosen(problem, rows, cone, choices[n]), np.empty(0)
+        part, x = _catalogue_springs(problem, rows, cone, choices[n]), np.empty(0)
         if part.used:
             x = least_springs(part.rows, part.springs, part.ranges, problem.unit)
         torque = float(np.linalg.norm(part.rows @ np.append(x, 1.0)))
-        tried[n] = Tried(part.used, part.spread @ x, choices[n]), torque
+        tried[n] = SpringSet(part.used, part.spread @ x, choices[n]), torque
         least = min(least, torque)
     numbers = sorted(tried)
     ranked = rank_least_first([tried[n][1] for n in numbers], size)

@@ -10,16 +10,16 @@ from math import comb
 import numpy as np
 
 from balance.masses.payload import Payload, carrying, read_payload
-from balance.masses.springs.answer import SpringBalance
 from balance.masses.springs.attached_springs import AttachedSpring, attach_springs
 from balance.masses.springs.both_ends import balance_springs, least_springs
 from balance.masses.springs.catalogue_search import (
-    Tried,
+    SpringSet,
     balanced_of_catalogue,
     least_of_catalogue,
 )
 from balance.masses.springs.gradient_rows import point_at
 from balance.masses.springs.spring import AttachedPoint, Spring
+from balance.masses.springs.spring_balance import SpringBalance
 from balance.masses.springs.spring_catalogue import (
     CatalogueSpring,
     Choice,
@@ -165,7 +165,7 @@ def _find(
         balanced, every_set, sure = _smallest_sets(problem, rows, whole, given)
         if not balanced:
             x = least_springs(problem.torque_triangle, problem.springs, given, problem.unit)
-            best = Tried(tuple(range(len(problem.springs))), x)
+            best = SpringSet(tuple(range(len(problem.springs))), x)
     if balanced:
         sizes = [float(sum(item.x[_starts(problem, item.used)])) for item in balanced]
         best = balanced[first_least(sizes)]
@@ -281,7 +281,7 @@ def _starts(problem: SpringProblem, used: Sequence[int]) -> list[int]:
 
 def _smallest_sets(
     problem: SpringProblem, rows: Array, cone: SpringCone, given: Sequence[SpringRange]
-) -> tuple[list[Tried], bool, bool]:
+) -> tuple[list[SpringSet], bool, bool]:
     """Find the smallest sets of springs that balance.
 
     Returns:
@@ -295,7 +295,7 @@ def _smallest_sets(
         balanced = []
         for used in combinations(range(count), size):
             x, known = _balance(problem, rows, cone, used, [given[k] for k in used])
-            balanced += [] if x is None else [Tried(used, x)]
+            balanced += [] if x is None else [SpringSet(used, x)]
             sure = sure and known
         if balanced:
             return balanced, True, sure
@@ -303,7 +303,7 @@ def _smallest_sets(
         return [], True, sure
     every = tuple(range(count))
     x, known = _balance(problem, rows, cone, every, given)
-    return ([] if x is None else [Tried(every, x)]), False, sure and known
+    return ([] if x is None else [SpringSet(every, x)]), False, sure and known
 
 
 def _balance(
@@ -319,7 +319,7 @@ def _balance(
     return balance_springs(rows[:, columns], chosen, ranges, problem.unit)
 
 
-def _spread(problem: SpringProblem, cone: SpringCone, tried: Tried) -> Array:
+def _spread(problem: SpringProblem, cone: SpringCone, tried: SpringSet) -> Array:
     """Place the unknowns of some springs among those of all; springs of no stiffness are 0."""
     x = np.zeros(cone.starts[-1])
     x[cone.columns_of(tried.used)] = tried.x

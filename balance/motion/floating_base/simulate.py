@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from balance.motion.floating_base.base import BaseInChain, FloatingBase
 from balance.motion.floating_base.dynamics import CarriedBodies
 from balance.motion.floating_base.equations import BaseEquations, Drive
+from balance.motion.floating_base.floating_base_motion import FloatingBaseMotion
 from balance.motion.floating_base.pose_follower import PoseFollower
 from balance.motion.floating_base.requested_motion import (
     checked_duration,
@@ -24,7 +25,6 @@ from balance.motion.floating_base.requested_motion import (
     initial_rates,
     prescribed_drive,
 )
-from balance.motion.floating_base.result import FloatingBaseMotion
 from balance.motion.floating_base.samples import take_samples
 from balance.motion.motion_tolerances import (
     BASE_AT_REST_RELATIVE,

@@ -60,7 +60,7 @@ def null_basis(here: RowsAtPose) -> tuple[Array, Array, Array]:
 
     Returns:
         Bases as columns (w, dimension) and (rows, left dimension), which depend on the spaces
-        alone, and all singular values over the bodies' own momenta (w,), falling; zero where
+        alone, and all singular values over the momenta of the bodies (w,), falling; zero where
         there are fewer rows.
     """
     U, sizes, Vt = np.linalg.svd(here.rows, full_matrices=True)

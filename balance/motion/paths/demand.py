@@ -35,7 +35,7 @@ class Demand:
             fixed.
         about: point (3,) of the moment alone, fixed in the inertial frame, metres; None for the
             inertial origin.
-        tolerance: part of the bodies' own momenta that may be left along a path; 0 for
+        tolerance: part of the momenta of the bodies that may be left along a path; 0 for
             round-off.
     """
 

@@ -314,7 +314,7 @@ class _Watch:
         return min(events, key=lambda event: event.s, default=None)
 
     def _momentum(self, here: RowsAtPose) -> float:
-        """Compute the momentum along the tangent over the bodies' own."""
+        """Compute the momentum along the tangent over those of the bodies."""
         tangent = self.direction.tangent(here)
         size = here.scale * float(np.linalg.norm(tangent)) or 1.0
         return float(np.linalg.norm(here.rows @ tangent)) / size

@@ -185,7 +185,7 @@ class PathMoments:
         factors: by which those of links were multiplied, by name.
         u: displacements of the inputs along the path (N, mobility), from the first pose to the
             last.
-        residual: momentum along it over the bodies' own, at most.
+        residual: momentum along it over those of the bodies, at most.
         reason: why no path passes; empty if one does.
     """
 
@@ -368,7 +368,7 @@ class _PathProblem:
         return x, rates
 
     def _at(self, curves: tuple[Array, Array], known: SampledPoses, z: Array) -> Array:
-        """Compute the equations for unknowns: momentum over the bodies' own, at all nodes.
+        """Compute the equations for unknowns: momentum over those of the bodies, at all nodes.
 
         The path is moved across the interpolation alone, which decides the speed along it.
         """
@@ -385,7 +385,7 @@ class _PathProblem:
         return np.append(left.ravel(), aside)
 
     def _momentum(self, poses: SampledPoses, x: Array, rates: Array, logs: Array) -> Array:
-        """Compute ``A u'`` over the bodies' own momenta (P, 6); 0 where nothing counts."""
+        """Compute ``A u'`` over the momenta of the bodies (P, 6); 0 where nothing counts."""
         model = self.equations.model
         length = model.linkage.spatial_chain.frame.length
         units = self.units

@@ -28,7 +28,7 @@ from kinematics.wording import number_text, size_text
 DEGREE = 5
 # Samples of a motion in time: the fewest that show its accelerations, and most.
 TIMED_SAMPLES = 401, 801, 1601, 3201, 6401
-# Singular values of the equations below this part of the bodies' own momenta are damped in
+# Singular values of the equations below this part of the momenta of the bodies are damped in
 # corrections.
 DAMPED = 1e-5
 # Duration of a motion, seconds.
@@ -46,7 +46,7 @@ class ReactionlessPath:
         q: positions of all joints (N, n), rad and m, displacements from the reference pose.
         u: those of the inputs (N, mobility).
         rates: their derivatives by s (N, mobility), rad and m per unit of arc length.
-        momentum: momentum along the path over the sum of the sizes of the bodies' own (N,),
+        momentum: momentum along the path over the sum of the sizes of those of the bodies (N,),
             with the rates of a spline of degree five through the samples.
         closure: largest closure residual, radians and characteristic lengths.
         events: ends and meetings, in order of s.
@@ -76,7 +76,7 @@ class ReactionlessPath:
 
     @property
     def residual(self) -> float:
-        """Largest momentum along the path over the bodies' own."""
+        """Largest momentum along the path over those of the bodies."""
         return float(self.momentum.max())
 
     @property
@@ -159,7 +159,7 @@ def _correction(rows: Array, h: Array, magnitudes: Array) -> Array:
     Args:
         rows: A (N, rows, w).
         h: ``A y`` for a y of about unit length (N, rows).
-        magnitudes: size of the bodies' own momenta (N,).
+        magnitudes: size of the momenta of the bodies (N,).
     """
     U, sizes, Vt = np.linalg.svd(rows, full_matrices=False)
     damped = sizes**2 + (DAMPED * magnitudes[:, None]) ** 2

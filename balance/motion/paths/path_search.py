@@ -49,7 +49,7 @@ NEAR = 0.01
 # The same up to which they are one.
 SAME_MEETING = 1e-6
 # How often the samples of a path are doubled until the momentum at them is round-off: up to
-# this part of the bodies' own.
+# this part of the momenta of the bodies.
 REFINEMENTS = 5
 SAMPLED_WELL = 2e-11
 
@@ -91,7 +91,7 @@ def find_paths(
         step: arc length between samples; 0.005 by default.
         line: number of further starts between each two of the given ones, on the straight line
             of the inputs.
-        tolerance: part of the bodies' own momenta that may be left: with one, the rates with
+        tolerance: part of the momenta of the bodies that may be left: with one, the rates with
             the least momentum are followed as long as it is below that part, for masses that
             have no paths without any.
         fan: number of paths that are followed from each start where the null space has a

@@ -28,7 +28,7 @@ class StartPose:
     Attributes:
         u: displacements of the inputs (mobility,), rad and m.
         q: positions of all joints (n,).
-        values: singular values of the equations over the bodies' own momenta (w,), falling.
+        values: singular values of the equations over the momenta of the bodies (w,), falling.
         dimension: dimension of the null space in this pose.
         kind: see `balance.motion.paths.branches.Tangents`; ``"none"`` if the null space
             is empty.

@@ -143,7 +143,7 @@ class RestEquations:
             rates: rates of the inputs (N, mobility), chain units.
 
         Returns:
-            A (N, rows, w); and the sum of the sizes of the bodies' own momenta (N,).
+            A (N, rows, w); and the sum of the sizes of the momenta of the bodies (N,).
         """
         bodies = self.model.body_momenta(q)
         M = bodies.sum(axis=3) @ self.basis
@@ -156,7 +156,7 @@ class RestEquations:
         return np.array(rows), magnitudes.sum(axis=1)
 
     def share(self, here: RowsAtPose, rates: Array) -> float:
-        """Compute the momentum at rates of the coordinates (w,) over the bodies' own."""
+        """Compute the momentum at rates of the coordinates (w,) over those of the bodies."""
         rows, sizes = self.along(here.q[None], (self.basis @ rates)[None])
         return float(np.linalg.norm(rows[0] @ rates) / (sizes[0] or 1.0))
 

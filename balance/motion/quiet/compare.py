@@ -13,7 +13,6 @@ from balance.motion.motion_tolerances import (
     QUIET_STEP_GAIN,
     SHAKING_RELATIVE,
 )
-from balance.motion.quiet.answer import ComparedLaw, MotionFigures, QuietMotion
 from balance.motion.quiet.com_law import force_bound
 from balance.motion.quiet.convex_steps import QuietProblem
 from balance.motion.quiet.limits import (
@@ -26,6 +25,7 @@ from balance.motion.quiet.limits import (
 from balance.motion.quiet.motion_space import PlannedPath
 from balance.motion.quiet.passed_poses import misses
 from balance.motion.quiet.problem import nearest_poses
+from balance.motion.quiet.quiet_motion_result import ComparedLaw, MotionFigures, QuietMotion
 from balance.motion.quiet.sampled_loads import SampledPoses
 from balance.motion.verification.input_paths import InputPath
 from kinematics.model.linkage import Linkage

@@ -143,7 +143,7 @@ def harmonic_space(inputs: int, duration: float, harmonics: int) -> MotionSpace:
 
 
 @dataclass(frozen=True, eq=False)
-class LegsPath:
+class PathWithStops:
     """Motions one after the other, each from rest to rest; an `InputPath`.
 
     Attributes:
@@ -186,7 +186,7 @@ def leg_times(stops: Sequence[Array], units: Array, duration: float) -> Array:
 
 def path_through(
     law: Callable[[Array, Array, float], PlannedPath], stops: Sequence[Array], times: Array
-) -> PlannedPath | LegsPath:
+) -> PlannedPath | PathWithStops:
     """Make the motion that rests at all stops, with a law on each straight line.
 
     Args:
@@ -198,7 +198,7 @@ def path_through(
         law(a, b, float(span))
         for a, b, span in zip(stops[:-1], stops[1:], np.diff(times), strict=True)
     )
-    return legs[0] if len(legs) == 1 else LegsPath(legs, times)
+    return legs[0] if len(legs) == 1 else PathWithStops(legs, times)
 
 
 def spline_functions(knots: Array) -> Functions:

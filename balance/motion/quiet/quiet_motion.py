@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from balance.motion.motion_tolerances import QUIET_LIMIT_EXCEEDED
-from balance.motion.quiet.answer import PassedPoint, QuietMotion
 from balance.motion.quiet.com_law import fit_to_law
 from balance.motion.quiet.compare import compare_with_laws, measure_path
 from balance.motion.quiet.convex_steps import (
@@ -39,6 +38,7 @@ from balance.motion.quiet.problem import (
     quiet_problem,
     scaled_problem,
 )
+from balance.motion.quiet.quiet_motion_result import PassedPoint, QuietMotion
 from balance.motion.quiet.sampled_loads import SampledPoses
 from balance.motion.quiet.stops import Stops, ToolLike, read_stops, read_tool
 from balance.motion.verification.input_paths import InputPath

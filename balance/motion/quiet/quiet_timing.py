@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import QUIET_LIMIT_EXCEEDED
-from balance.motion.quiet.answer import QuietMotion
 from balance.motion.quiet.compare import compare_with_laws, exceeded_limit, measure_path
 from balance.motion.quiet.convex_steps import PRICE, RESERVE, QuietProblem
 from balance.motion.quiet.limits import TORQUE, Limit, input_limits
@@ -36,6 +35,7 @@ from balance.motion.quiet.problem import (
     quiet_problem,
     scaled_problem,
 )
+from balance.motion.quiet.quiet_motion_result import QuietMotion
 from balance.motion.quiet.sampled_loads import SampledPoses
 from balance.motion.verification.input_paths import SplinePath
 from balance.support.clarabel_adapter import solve_cones

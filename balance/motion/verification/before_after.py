@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from balance.motion.verification.comparison import peak_change
 from balance.motion.verification.crank_revolution import crank_of
 from balance.motion.verification.given_motions import Motions
-from balance.motion.verification.result import Verification
+from balance.motion.verification.verification import Verification
 from balance.motion.verification.verify_motions import verify
 from balance.support.options import Balance
 from kinematics.model.linkage import Linkage

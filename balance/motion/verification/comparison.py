@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from balance.motion.verification.result import UNITS, Verification
+from balance.motion.verification.verification import UNITS, Verification
 from balance.motion.verification.verify_motions import verify, verify_second
 from balance.support.change_text import change_text
 from balance.support.linkage_names import linkage_names

@@ -22,7 +22,7 @@ from kinematics.numerics.array_types import Array, IntArray
 from kinematics.wording import number_text
 
 if TYPE_CHECKING:
-    from balance.motion.verification.result import Verification
+    from balance.motion.verification.verification import Verification
 
 # Poses of each motion at which torques are computed.
 POSES = 50

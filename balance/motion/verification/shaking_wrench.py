@@ -128,7 +128,7 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
 def inertia_wrenches(
     chain: Chain, z: Array, q: Array, qd: Array, qdd: Array
 ) -> Iterator[Array]:
-    """Compute the bodies' own inertia wrenches, one body after the other, all samples at once.
+    """Compute the inertia wrenches of one body after the other, at all samples at once.
 
     Along the tree, with the twist ``V`` and its rate ``A`` of each link and the momentum
     ``M V`` in the coordinates that the link carries along,
@@ -168,7 +168,7 @@ def inertia_wrenches(
 
 
 def inertia_sizes(chain: Chain, z: Array, q: Array, qd: Array, qdd: Array) -> Array:
-    """Compute the sum of the sizes of the bodies' own inertia wrenches, all samples at once.
+    """Compute the sum of the sizes of the inertia wrenches of the bodies, all samples at once.
 
     Args:
         chain: see `inertia_wrenches`, as for the other arguments.

@@ -22,7 +22,6 @@ from balance.motion.verification.crank_revolution import Crank, revolve_crank
 from balance.motion.verification.given_motions import Motions, read_motions
 from balance.motion.verification.joint_reactions import joint_reactions
 from balance.motion.verification.load_errors import load_errors
-from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
 from balance.motion.verification.shaking_wrench import (
     inertia_loads,
@@ -33,6 +32,7 @@ from balance.motion.verification.shaking_wrench import (
     wrench_to_si,
 )
 from balance.motion.verification.trajectory import Trajectory, drive, random_motions
+from balance.motion.verification.verification import Verification
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.options import Balance, point_of
 from kinematics.closure.joint_positions import input_chain
@@ -73,7 +73,7 @@ def verify(
     """Verify the balance of a linkage along motions, by Pinocchio and by our own series.
 
     The linkage is balanced if the peak of the base reaction ``ḣ = [moment; force]`` is at most
-    ``tolerance`` times the peak sum of the bodies' own inertia wrenches.
+    ``tolerance`` times the peak sum of the inertia wrenches of the bodies.
 
     Args:
         linkage: an assembled linkage, or an argument of `kinematics.load`.
@@ -275,7 +275,7 @@ def measure_shaking(linkage: Linkage, motions: Iterable[Trajectory]) -> Relative
 
     These are `Verification.force_residual` and `Verification.moment_residual` of `verify`,
     without the loads of joints and motors and without our own series of the total momentum.
-    Sizes of the bodies' own wrenches need no series: see `inertia_sizes`.
+    Sizes of the wrenches of the bodies need no series: see `inertia_sizes`.
 
     Raises:
         PackageError: Pinocchio is missing.

@@ -58,7 +58,7 @@ class ModularMotion:
         self.columns = [v for v in range(self.size) if v not in self.dependent]
 
     def turns_alike(self) -> list[int]:
-        """Give each direction the first one that turns as fast in all motions; 0 is the ground."""
+        """Give each direction the first that turns as fast in all motions; 0 is the ground."""
         A = self._rows([list(self.start)])[0] + self._related_rows()
         rates = [self._next_rates([[A[r] for r in self.rows]], [], c) for c in self.columns]
         kinds = [[0] * len(rates)]

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.space.formulas.input_relations import RateRelation, rate_relations
 from balance.space.formulas.notations import plain_name
 from balance.space.formulas.parameters import Parameter, in_part_frame
+from balance.space.formulas.rate_relations import RateRelation, rate_relations
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FORMULA_ZERO
 from kinematics.errors import ExactError

@@ -80,7 +80,7 @@ class Problem(ABC):
         """
 
     def choose_motion(self) -> bool:
-        """Count the motions alone in which links turn alike as in the file; whether that can."""
+        """Count only motions in which links turn alike as in the file; tell whether it can."""
         return False
 
     def given(self) -> list[DimensionRelation]:

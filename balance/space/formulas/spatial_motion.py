@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from balance.space.formulas.input_relations import RateRelation
+from balance.space.formulas.rate_relations import RateRelation
 from balance.space.formulas.spatial_parts import SpatialParts
 from balance.space.formulas.spatial_pose import (
     ModularFrame,

@@ -21,10 +21,10 @@ from balance.space.formulas.common_normals import (
     normal_between,
     unit_vector_across,
 )
-from balance.space.formulas.input_relations import RateRelation, rate_relations
 from balance.space.formulas.notations import plain_name
 from balance.space.formulas.parameters import Parameter
 from balance.space.formulas.planar_parts import Dimension, letters
+from balance.space.formulas.rate_relations import RateRelation, rate_relations
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import FORMULA_ZERO
 from kinematics.errors import ExactError

@@ -10,8 +10,9 @@ singular or nearly so, or close only within round-off.
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from math import comb
 from types import MappingProxyType
 
@@ -20,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from balance.space.conditions.collect import collect_conditions
 from balance.space.conditions.order_kernels import generic_directions
-from balance.space.inertial_parameters.conversions import to_chain
+from balance.space.inertial_parameters.conversions import from_chain, to_chain
 from balance.space.many.lane_kernels import lane_sweep
 from balance.space.many.lane_workspace import lane_sweep_workspace
 from balance.space.many.many_geometries_kernels import (
@@ -28,7 +29,6 @@ from balance.space.many.many_geometries_kernels import (
     spatial_sweep,
     sweep_workspace,
 )
-from balance.space.many.many_spaces import ManySpaces
 from balance.space.many.placing_kernels import find_wrong_screw, place_geometry, points_on_axes
 from balance.space.momentum.regressor import parameters_per_body, rows_per_column
 from balance.space.spaces.compute_space import design_space
@@ -48,6 +48,7 @@ from kinematics.model.spatial.inertia import displace_parameters
 from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.simd import round_up_to_vectors
 from kinematics.numerics.linalg.skyline_qr import COUNT, ROWS
+from kinematics.wording import count_noun, first_names, repr_lines
 
 # Integers, smallest pivots and bases of geometries.
 Results = tuple[IntArray, Array, Array]
@@ -58,6 +59,63 @@ CHUNK_SIZE = 512
 LARGE_CHUNK_SIZE = 8192
 # Large sweeps have a multiple of so many tasks: as many for each of 2, 3, 4, 6, 8 … threads.
 TASKS = 24
+
+
+@dataclass(frozen=True, eq=False)
+class ManySpaces:
+    """Results of `design_space_many`, geometry by geometry.
+
+    Attributes:
+        rank: number of conditions (count,); -1 where the linkage cannot be assembled.
+        nullity: dimension of the space (count,); -1 there.
+        serial_nullity: of the part that joints explain (count,); -1 there.
+        kmax: highest order that adds a condition (count,); -1 where no order reaches the
+            rank, and there.
+        kept: smallest pivot of the conditions, relative to the largest (count,).
+        refused: why a linkage cannot be assembled, by number of the geometry.
+        unsure: why integers of a geometry may be wrong, by its number: a decision is near
+            round-off. `balance.certify` decides exactly, for a linkage from a file.
+        bases: orthonormal bases in the units of the frames, as rows; those of a geometry are
+            the first ``nullity`` (count, parameters, parameters), or (0, …).
+        origins: middle of the mechanism (count, 3), metres.
+        lengths: characteristic length (count,), metres.
+        R: axes of the frames, the last of which is the normal of a planar linkage (3, 3).
+        planar: whether bodies have four parameters, those of a plane.
+        force: whether only linear momentum counts.
+    """
+
+    rank: IntArray
+    nullity: IntArray
+    serial_nullity: IntArray
+    kmax: IntArray
+    kept: Array
+    refused: Mapping[int, str]
+    unsure: Mapping[int, str]
+    bases: Array = field(repr=False)
+    origins: Array = field(repr=False)
+    lengths: Array = field(repr=False)
+    R: Array = field(repr=False)
+    planar: bool
+    force: bool
+
+    def __repr__(self) -> str:
+        """Two lines: how many geometries, refused and unsure ones, ranks."""
+        algebra = "planar" if self.planar else "spatial"
+        balance = "force" if self.force else "dynamic"
+        ranks = sorted(set(self.rank[self.rank >= 0].tolist()))
+        return repr_lines(
+            f"ManySpaces: {count_noun(self.rank.size, 'geometry')}, {algebra}, "
+            f"{balance} balance; "
+            f"{len(self.refused)} refused, {len(self.unsure)} unsure",
+            f"ranks {first_names([str(rank) for rank in ranks])}",
+        )
+
+    def basis(self, number: int) -> Array:
+        """Compute the basis (parameters, nullity) of a geometry as `SpaceRecord.basis`."""
+        frame = Frame(self.R, self.origins[number], float(self.lengths[number]))
+        G = from_chain(frame, self.planar, self.force)
+        rows = self.bases[number, : max(0, int(self.nullity[number]))]
+        return (rows.reshape(-1, len(G)) @ G.T).reshape(rows.shape).T
 
 
 def design_space_many(

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.studies.discovery.families import Family
-from balance.studies.discovery.judge import judge_geometries
 from balance.studies.discovery.polish import decide_special
 from balance.studies.discovery.quantities import (
     measure_quantities,
     quantities_of,
     site_geometry,
 )
+from balance.studies.discovery.rejections import judge_geometries
 from balance.studies.discovery.relations import HOLDS, GeometryRelation, gradients, residuals
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from kinematics.numerics.array_types import Array, Flags

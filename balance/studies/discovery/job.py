@@ -20,9 +20,9 @@ from balance.space.requirements.require import require as require_all
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.studies.discovery.buildable_walk import margins, walk_to_buildable
-from balance.studies.discovery.judge import judge_geometries
 from balance.studies.discovery.lane_motion import freedoms
 from balance.studies.discovery.polish import move_away, polish
+from balance.studies.discovery.rejections import judge_geometries
 from balance.studies.discovery.search_requirements import with_requirements
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology, topology

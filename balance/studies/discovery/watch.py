@@ -30,7 +30,7 @@ class WatchedWalk:
         falling: what the walk lowers, at the start and after each step: the ratio, or the
             momentum of the best masses that can be built.
         polished: whether the last geometry is the polished end.
-        outcome: what became of the walk; one of `balance.studies.discovery.judge.OUTCOMES`.
+        outcome: what became of the walk; one of `OUTCOMES` of `rejections`.
         nullity: dimension of the design space at the end; -1 if it has not arrived.
         codimension: number of equations that the end fulfils; -1 if it has not arrived.
         relations: independent relations that hold at the end.

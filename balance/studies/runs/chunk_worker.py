@@ -9,7 +9,7 @@ from threading import Lock
 from typing import NamedTuple
 
 from balance.studies.runs.chunk_job import ChunkColumns, ChunkJob, PartedJob
-from balance.studies.runs.program import program
+from balance.studies.runs.program_version import program_version
 from kinematics.errors import LinkageError, UsageError, WorkerError
 
 # Variables that set the threads of libraries: matrices are small.
@@ -54,17 +54,19 @@ def compute_chunk(job: ChunkJob, chunk: int, first: int = 0) -> ChunkOutcome:
     try:
         with _ONE_AT_A_TIME:
             if not isinstance(job, PartedJob):
-                return ChunkOutcome(chunk, program(), job.compute(chunk))
+                return ChunkOutcome(chunk, program_version(), job.compute(chunk))
             columns, next_row = job.compute_part(chunk, first)
-            return ChunkOutcome(chunk, program(), columns, first=first, next_row=next_row)
+            return ChunkOutcome(
+                chunk, program_version(), columns, first=first, next_row=next_row
+            )
     except LinkageError as error:
         kind = "usage" if isinstance(error, UsageError) else "linkage"
-        return ChunkOutcome(chunk, program(), None, kind, str(error))
+        return ChunkOutcome(chunk, program_version(), None, kind, str(error))
     except Exception as error:
         import traceback
 
         text = f"{type(error).__name__}: {error}"
-        return ChunkOutcome(chunk, program(), None, "", text, traceback.format_exc())
+        return ChunkOutcome(chunk, program_version(), None, "", text, traceback.format_exc())
 
 
 def values_of(outcome: ChunkOutcome) -> ChunkColumns:
@@ -75,9 +77,9 @@ def values_of(outcome: ChunkOutcome) -> ChunkColumns:
         WorkerError: the worker runs another version of the program.
         RuntimeError: the chunk failed by a defect.
     """
-    if outcome.program != program():
+    if outcome.program != program_version():
         raise WorkerError(
-            f"a worker runs version {outcome.program}, and this is {program()}",
+            f"a worker runs version {outcome.program}, and this is {program_version()}",
             "install the same version on all machines",
         )
     if outcome.columns is not None:

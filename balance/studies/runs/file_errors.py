@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from balance.studies.runs.chunk_job import ChunkJob, Column
-from balance.studies.runs.program import program
+from balance.studies.runs.program_version import program_version
 from balance.studies.runs.tables import APPLICATION, FILE_VERSION
 from kinematics.error_text import clean
 from kinematics.errors import FileError
@@ -121,8 +121,10 @@ def check_job(
     """
     if about["kind"] != job.kind:
         problem = f"holds the results of a {clean(about['kind'])}, not of a {job.kind}"
-    elif about["program"] != program():
-        problem = f"was begun by version {clean(about['program'])}, and this is {program()}"
+    elif about["program"] != program_version():
+        problem = (
+            f"was begun by version {clean(about['program'])}, and this is {program_version()}"
+        )
     elif about["digest"] != job.digest:
         problem = "holds the results of another study or model"
     elif size != (job.rows, job.chunk_rows) or columns != job.columns:

@@ -32,7 +32,7 @@ from balance.studies.runs.file_errors import (
     refusal,
     sqlite_errors,
 )
-from balance.studies.runs.program import program
+from balance.studies.runs.program_version import program_version
 from balance.studies.runs.tables import (
     APPLICATION,
     FILE_VERSION,
@@ -438,7 +438,7 @@ def _begin_file(path: str, connection: sqlite3.Connection, job: ChunkJob) -> Non
         "kind": job.kind,
         "digest": job.digest,
         "description": job.description,
-        "program": program(),
+        "program": program_version(),
         "rows": job.rows,
         "chunk_rows": job.chunk_rows,
     }

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.volume.plates import density_limits
 from balance.masses.designs.best_design import design, maximise_margin
@@ -20,7 +20,7 @@ from balance.masses.designs.constraints import constraints_of
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.mass_regions import BALL_RADIUS
 from balance.masses.partial.motion_loads import input_inertia
-from balance.masses.partial.results import PartialBalance
+from balance.masses.partial.partial_balance import PartialBalance
 from balance.motion.verification.input_paths import SteadyPath
 from balance.motion.verification.shaking_wrench import shaking_along
 from balance.motion.verification.trajectory import Trajectory, drive

@@ -13,7 +13,7 @@ import numpy as np
 
 from balance.masses.partial.added_weights import check_budget
 from balance.masses.partial.budgets import partial
-from balance.masses.partial.results import PartialBalance
+from balance.masses.partial.partial_balance import PartialBalance
 from balance.masses.partial.shaking_problem import SAMPLES, ShakingOptions, build_problem
 from balance.motion.verification.crank_revolution import STEPS
 from balance.motion.verification.trajectory import Trajectory, random_motions

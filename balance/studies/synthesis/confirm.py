@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.motion.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
-from balance.motion.verification.result import Verification
 from balance.motion.verification.trajectory import drive
+from balance.motion.verification.verification import Verification
 from balance.motion.verification.verify_motions import verify
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify

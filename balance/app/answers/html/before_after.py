@@ -24,7 +24,7 @@ from balance.app.answers.html.verification import (
     polar_layout,
 )
 from balance.motion.verification.comparison import peak_change, round_off_of
-from balance.motion.verification.result import UNITS, Verification
+from balance.motion.verification.verification import UNITS, Verification
 from balance.support.change_text import change_text
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first

@@ -8,8 +8,8 @@ from balance.app.answers.html.verification import verification_picture
 from balance.app.answers.text.counterweights import (
     counterweights_facts,
 )
-from balance.masses.counterweights.answer import Counterweights
-from balance.masses.counterweights.loads_along import with_loads
+from balance.masses.counterweights.counterweights import with_loads
+from balance.masses.counterweights.counterweights_result import Counterweights
 
 
 def counterweights_page(counterweights: Counterweights) -> str:

@@ -156,7 +156,7 @@ def _labels(things: _Things, placement: Placement) -> list[str]:
         elements += _drawn_line(dimension, a, b, *lines[-1])
     for z, (letter, name, _, _) in zip(joints, things.joints, strict=True):
         text = _text(letter, weight="bold", colour=INK, title=name)
-        elements.append(_beside([z], _width(letter), text, covered, near=12.0))
+        elements.append(_place_label([z], _width(letter), text, covered, near=12.0))
     for (dimension, _, _), ends in zip(things.dimensions, lines, strict=True):
         elements.append(_dimension_label(dimension, *ends, covered))
     named = zip(placement.parts[1:], placement.corners[1:], strict=True)
@@ -167,7 +167,7 @@ def _labels(things: _Things, placement: Placement) -> list[str]:
             first, last = corners[0] @ [1, 1j], corners[-1] @ [1, 1j]
             middle = complex(corners.mean(axis=0) @ [1, 1j])
             spots = [middle, *(first + t * (last - first) for t in (0.5, 0.35, 0.65))]
-            elements.append(_beside(spots, _width(name), text, covered, near=12.0))
+            elements.append(_place_label(spots, _width(name), text, covered, near=12.0))
     return elements
 
 
@@ -237,7 +237,7 @@ def _dimension_label(dimension: Dimension, p: complex, q: complex, covered: list
     )
     spots = [p + (q - p) * t for t in (0.5, 0.35, 0.65, 0.2, 0.8)]
     width = _width(letter) + WIDTH * SMALL * len(rest)
-    return _beside(spots, width, text, covered, near=9.0, hangs=SUBSCRIPT)
+    return _place_label(spots, width, text, covered, near=9.0, hangs=SUBSCRIPT)
 
 
 def _arrows(dimension: Dimension, p: complex, q: complex) -> Iterator[str]:
@@ -271,7 +271,7 @@ def _text(words: str, colour: str, weight: str = "normal", title: str = "") -> s
     )
 
 
-def _beside(
+def _place_label(
     spots: Sequence[complex],
     width: float,
     text: str,

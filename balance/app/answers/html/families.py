@@ -10,7 +10,7 @@ from balance.app.answers.html.render import facts_list, html_table, model_sectio
 from balance.app.answers.html.scene import scene
 from balance.app.answers.text.discovery import exact_words, range_words, search_facts
 from balance.studies.discovery.job import DiscoveryJob
-from balance.studies.discovery.results import ExaminedFamily
+from balance.studies.discovery.search_results import ExaminedFamily
 from balance.studies.discovery.to_linkage import to_linkage
 from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage

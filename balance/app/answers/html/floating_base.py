@@ -17,7 +17,7 @@ from balance.app.answers.html.time_panels import (
     panels_picture,
 )
 from balance.app.answers.text.floating_base import floating_base_facts
-from balance.motion.floating_base.result import FloatingBaseMotion
+from balance.motion.floating_base.floating_base_motion import FloatingBaseMotion
 from balance.support.csv_text import csv_table
 from balance.support.linkage_names import linkage_names
 from kinematics.numerics.linalg.ties import rank_least_first

@@ -21,7 +21,7 @@ from balance.app.answers.text.identification import (
     plan_sentence,
 )
 from balance.masses.identification.exciting_motion import ExcitingMotion
-from balance.masses.identification.result import Identification
+from balance.masses.identification.identification import Identification
 from balance.support.tolerances import NOISE_LEAST
 from kinematics.numerics.array_types import Array
 

@@ -148,7 +148,7 @@ def draw_path(points: Array, close: bool = False) -> str:
 
 def _link(points: Array, colour: str) -> str:
     """Draw a link through its corners, around their middle."""
-    wide = len(points) > 2 and _area(points) > LEAST_AREA
+    wide = len(points) > 2 and _polygon_area(points) > LEAST_AREA
     fill = f"{colour}33" if wide else "none"
     return (
         f'<path d="{draw_path(points, wide)}" fill="{fill}" stroke="{colour}" '
@@ -156,7 +156,7 @@ def _link(points: Array, colour: str) -> str:
     )
 
 
-def _area(points: Array) -> float:
+def _polygon_area(points: Array) -> float:
     """Compute the area inside a polygon."""
     x, y = points.T
     return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
@@ -202,7 +202,7 @@ def _names(
 ) -> list[str]:
     """Write the names of bodies beside their links, and those of inputs at their joints."""
     elements = [
-        _text(", ".join(part["names"]), corners.mean(axis=0), _beside(corners), LINK)
+        _text(", ".join(part["names"]), corners.mean(axis=0), _name_place(corners), LINK)
         for part, corners in zip(drawing["parts"], at, strict=True)
         if part["names"] and len(corners)
     ]
@@ -215,7 +215,7 @@ def _names(
     return elements
 
 
-def _beside(corners: Array) -> tuple[float, float, str]:
+def _name_place(corners: Array) -> tuple[float, float, str]:
     """Choose where a name stands beside a line: the offset from its middle, and the anchor."""
     x, y = corners[-1] - corners[0]
     if abs(y) < 0.3 * abs(x):

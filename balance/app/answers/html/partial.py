@@ -12,8 +12,8 @@ from balance.app.answers.html.render import facts_list, rows_table
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.html.verification import verification_picture
 from balance.app.answers.text.partial import front_rows, partial_facts
-from balance.masses.partial.loads_along import loads_of
-from balance.masses.partial.results import ParetoFront, PartialBalance
+from balance.masses.partial.partial_balance import ParetoFront, PartialBalance
+from balance.motion.verification.before_after import BeforeAfter, compare_masses
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
 
@@ -48,6 +48,22 @@ def partial_page(front: ParetoFront) -> str:
         facts=facts_list(partial_facts(front)),
         front=front_section(front),
         nothing="none",
+    )
+
+
+def loads_of(design: PartialBalance) -> BeforeAfter:
+    """Compute the loads along the motions of a design, before and after its matter is added.
+
+    Raises:
+        LinkageError: see `balance.verify`.
+    """
+    assert design.z is not None
+    return compare_masses(
+        design.space.linkage,
+        design.z,
+        motions=design.motions,
+        balance=design.space.balance,
+        about=design.point,
     )
 
 

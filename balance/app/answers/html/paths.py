@@ -1,7 +1,7 @@
 """Page and picture of reactionless paths: the linkage on them, and what it shakes.
 
-The shade of a pose is the smallest singular value of the momentum matrix over the bodies' own
-momenta, of those that do not vanish everywhere: it vanishes where further paths meet.
+The shade of a pose is the smallest singular value of the momentum matrix over the momenta of
+the bodies, of those that do not vanish everywhere: it vanishes where further paths meet.
 """
 
 from __future__ import annotations
@@ -411,7 +411,7 @@ class _MomentumField(NamedTuple):
     Attributes:
         first: positions of the first input (poses,), rad or m.
         second: those of the second input (poses,).
-        size: smallest singular value that counts over the bodies' own momenta (poses, poses),
+        size: smallest singular value that counts over the momenta of the bodies (poses, poses),
             first input first; NaN where no pose is reached.
         strokes: points (N, 2) of strokes along the directions with the least momentum, apart
             by NaN.

@@ -8,7 +8,7 @@ import numpy as np
 
 from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.time_panels import COLOURS
-from balance.motion.quiet.answer import QuietMotion
+from balance.motion.quiet.quiet_motion_result import QuietMotion
 from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches, shaking
 from balance.motion.verification.trajectory import drive

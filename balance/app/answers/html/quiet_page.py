@@ -25,7 +25,7 @@ from balance.app.answers.html.time_panels import (
 from balance.app.answers.html.verification import run_curves
 from balance.app.answers.text.quiet import MEASURES, quiet_body, quiet_facts
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
-from balance.motion.quiet.answer import MotionFigures, QuietMotion
+from balance.motion.quiet.quiet_motion_result import MotionFigures, QuietMotion
 from balance.motion.quiet.sampled_loads import SampledLinkage
 from balance.motion.verification.input_paths import InputPath
 from balance.motion.verification.shaking_wrench import move_wrenches

@@ -45,20 +45,27 @@ AXES = (
 )
 
 
-class _CostGroup(NamedTuple):
-    """The costs of the remedies of one name.
+class _Costs(NamedTuple):
+    """Costs of the remedies of one name, or of the trade-off of one remedy.
 
     Attributes:
         name: the name in words.
         mass: added mass over that of the linkage.
         inertia: inertia that the inputs feel over that of the file.
         words: what each one is.
+        look: number of the mark and of the colour.
     """
 
     name: str
     mass: list[float]
     inertia: list[float]
     words: list[str]
+    look: int
+
+    @property
+    def colour(self) -> str:
+        """Colour of the marks or of the curve."""
+        return COLOURS[self.look % len(COLOURS)]
 
 
 def remedies_page(comparison: RemedyComparison) -> str:
@@ -156,18 +163,18 @@ def remedies_picture(comparison: RemedyComparison, kind: str = "png") -> bytes:
 
     def draw(figure: Any) -> None:
         ax = figure.subplots()
-        for k, group in enumerate(groups):
+        for group in groups:
             ax.plot(
                 group.mass,
                 group.inertia,
-                MARKS[k % len(MARKS)],
+                MARKS[group.look % len(MARKS)],
                 ms=7,
                 ls="none",
-                color=COLOURS[k % len(COLOURS)],
+                color=group.colour,
                 label=group.name,
             )
-        for curve in _trade_off_curves(comparison):
-            ax.plot(curve["x"], curve["y"], ".-", lw=0.8, color=curve["line"]["color"])
+        for curve in _trade_offs(comparison, groups):
+            ax.plot(curve.mass, curve.inertia, ".-", lw=0.8, color=curve.colour)
         kinds = _scales(groups)
         ax.set_xscale(kinds[0])
         ax.set_yscale(kinds[1])
@@ -184,19 +191,20 @@ def remedies_picture(comparison: RemedyComparison, kind: str = "png") -> bytes:
     return image((6.4, 5.2), kind, draw)
 
 
-def _cost_groups(comparison: RemedyComparison) -> list[_CostGroup]:
+def _cost_groups(comparison: RemedyComparison) -> list[_Costs]:
     """List the costs of the remedies that help, by the name of the remedy."""
-    groups: dict[str, _CostGroup] = {}
+    groups: dict[str, _Costs] = {}
     for applied in comparison.results:
         if applied.helps and None not in (applied.inertia_ratio, applied.mass_ratio):
-            group = groups.setdefault(applied.short, _CostGroup(applied.short, [], [], []))
+            blank = _Costs(applied.short, [], [], [], len(groups))
+            group = groups.setdefault(applied.short, blank)
             group.mass.append(applied.mass_ratio or 0.0)
             group.inertia.append(applied.inertia_ratio or 0.0)
             group.words.append(applied.words)
     return list(groups.values())
 
 
-def _scales(groups: list[_CostGroup]) -> list[str]:
+def _scales(groups: list[_Costs]) -> list[str]:
     """Choose the scales of mass and inertia: logarithmic where costs differ much."""
     scales = []
     for name in ("mass", "inertia"):
@@ -206,52 +214,51 @@ def _scales(groups: list[_CostGroup]) -> list[str]:
     return scales
 
 
-def _trade_off_curves(comparison: RemedyComparison) -> list[dict[str, Any]]:
-    """Build the curves of mass against inertia, in the colour of their remedy."""
+def _trade_offs(comparison: RemedyComparison, groups: list[_Costs]) -> list[_Costs]:
+    """List the points of trade-offs, in the colour of their remedy."""
     request = comparison.request
     felt = total_inertia(request, request.input_inertia)
-    colours = {
-        group.name: COLOURS[k % len(COLOURS)]
-        for k, group in enumerate(_cost_groups(comparison))
-    }
+    looks = {group.name: group.look for group in groups}
     return [
-        {
-            "name": f"{applied.short}: trade-off",
-            "x": [point.added_mass / request.given_mass for point in applied.trade_off],
-            "y": [point.inertia / felt for point in applied.trade_off],
-            "text": [f"gear {point.gear:g}" for point in applied.trade_off],
-            "mode": "lines+markers",
-            "type": "scatter",
-            "marker": {"size": 5, "color": colours[applied.short]},
-            "line": {"color": colours[applied.short], "width": 1},
-        }
+        _Costs(
+            f"{applied.short}: trade-off",
+            [point.added_mass / request.given_mass for point in applied.trade_off],
+            [point.inertia / felt for point in applied.trade_off],
+            [f"gear {point.gear:g}" for point in applied.trade_off],
+            looks[applied.short],
+        )
         for applied in comparison.results
-        if applied.trade_off and felt > 0.0 and applied.short in colours
+        if applied.trade_off and felt > 0.0 and applied.short in looks
     ]
 
 
 def _cost_figure(comparison: RemedyComparison) -> dict[str, Any]:
     """Build the figure of added mass against input inertia, a mark for each remedy."""
-    marks = [
-        {
-            "name": group.name,
-            "x": group.mass,
-            "y": group.inertia,
-            "text": group.words,
-            "mode": "markers",
-            "type": "scatter",
-            "marker": {
-                "size": 11,
-                "symbol": SYMBOLS[k % len(SYMBOLS)],
-                "color": COLOURS[k % len(COLOURS)],
-            },
-        }
-        for k, group in enumerate(_cost_groups(comparison))
-    ]
-    marks += _trade_off_curves(comparison)
+    groups = _cost_groups(comparison)
+    traces = []
+    for group in groups:
+        symbol = SYMBOLS[group.look % len(SYMBOLS)]
+        marker = {"size": 11, "symbol": symbol, "color": group.colour}
+        traces.append(_trace(group, "markers", marker))
+    for curve in _trade_offs(comparison, groups):
+        trace = _trace(curve, "lines+markers", {"size": 5, "color": curve.colour})
+        traces.append(trace | {"line": {"color": curve.colour, "width": 1}})
     x, y = (
         {"title": {"text": text}, "type": kind, "rangemode": RANGE_MODES[kind], "tight": False}
-        for text, kind in zip(AXES, _scales(_cost_groups(comparison)), strict=True)
+        for text, kind in zip(AXES, _scales(groups), strict=True)
     )
     layout = {"xaxis": x, "yaxis": y, "height": 460, "showlegend": True}
-    return {"data": marks, "layout": layout}
+    return {"data": traces, "layout": layout}
+
+
+def _trace(costs: _Costs, mode: str, marker: dict[str, Any]) -> dict[str, Any]:
+    """Build the trace of costs, as Plotly names it."""
+    return {
+        "name": costs.name,
+        "x": costs.mass,
+        "y": costs.inertia,
+        "text": costs.words,
+        "mode": mode,
+        "type": "scatter",
+        "marker": marker,
+    }

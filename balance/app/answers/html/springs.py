@@ -20,7 +20,7 @@ from balance.app.answers.html.robot_shapes import robot_shapes
 from balance.app.answers.html.scene import scene
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.text.springs import spring_table, springs_facts, torque_table
-from balance.masses.springs.answer import SpringBalance
+from balance.masses.springs.spring_balance import SpringBalance
 from balance.support.linkage_names import linkage_title
 from kinematics.closure.joint_positions import si_chain
 from kinematics.model.chain import rigid_parts

@@ -22,8 +22,8 @@ from balance.app.answers.html.time_panels import (
     panels_picture,
 )
 from balance.motion.verification.comparison import VerificationComparison
-from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
+from balance.motion.verification.verification import Verification
 from balance.support.csv_text import csv_table
 from balance.support.linkage_names import linkage_names
 from balance.support.tolerances import FORCE_EQUAL_RELATIVE

@@ -31,8 +31,8 @@ from balance.app.answers.text.verification import (
     verification_facts,
 )
 from balance.motion.verification.comparison import VerificationComparison
-from balance.motion.verification.result import Verification
 from balance.motion.verification.run import Run
+from balance.motion.verification.verification import Verification
 from balance.support.linkage_names import linkage_names
 from kinematics.wording import count_noun, unit_text
 

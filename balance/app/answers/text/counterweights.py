@@ -11,8 +11,8 @@ from typing import NamedTuple
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.design import FORCE_ONLY, REDUCE, other_ways, vector_digits
 from balance.app.answers.text.linkage import linkage_facts
-from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import DENSITIES, Counterweight
+from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.designs.density import STEEL
 from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.support.change_text import grows

@@ -11,7 +11,7 @@ from balance.studies.discovery.families import Family
 from balance.studies.discovery.job import DiscoveryJob
 from balance.studies.discovery.motion_range import MotionRange
 from balance.studies.discovery.quantities import quantities_of
-from balance.studies.discovery.results import ExaminedFamily, SearchResults
+from balance.studies.discovery.search_results import ExaminedFamily, SearchResults
 from balance.studies.discovery.topologies import Topology
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.wording import count_noun, number_text

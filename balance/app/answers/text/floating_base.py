@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, Facts
-from balance.motion.floating_base.result import FloatingBaseMotion, drift_text
+from balance.motion.floating_base.floating_base_motion import FloatingBaseMotion, drift_text
 from balance.motion.motion_tolerances import INTEGRAL_DETERMINED
 from kinematics.numerics.array_types import Array
 from kinematics.wording import first_names, number_text, size_text, vector_text

@@ -10,8 +10,8 @@ import numpy as np
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.identification.exciting_motion import ExcitingMotion
+from balance.masses.identification.identification import Identification, Identified
 from balance.masses.identification.measurements import WRENCH
-from balance.masses.identification.result import Identification, Identified
 from balance.support.tolerances import NOISE_LEAST
 from kinematics.wording import count_noun, number_text, size_text, vector_text
 

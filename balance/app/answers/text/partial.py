@@ -14,7 +14,8 @@ from balance.app.answers.text.counterweights import (
     part_lines,
 )
 from balance.app.answers.text.linkage import linkage_facts
-from balance.masses.partial.results import ParetoFront, PartialBalance
+from balance.masses.partial.partial_balance import ParetoFront, PartialBalance
+from balance.masses.partial.shaking_problem import ShakingFigures
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, unit_text, vector_text
@@ -27,37 +28,48 @@ FORM = f".{DIGITS}g"
 
 def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
     """List the facts on designs as pairs of label and value."""
-    best, weight = front.designs[-1], front.weight_moment
-    space, given = best.space, best.given
+    best = front.designs[-1]
+    space = best.space
     relations = space.motion.relations if space.motion else ()
     pairs = linkage_facts(space.linkage, f"{space.balance} balance", relations)
-    point = f"{vector_text(front.point)} m"
-    counts = f"{number_text(weight)} N m about {point} count as 1 N"
-    if weight == inf:
-        counts = f"forces alone; moments are about {point}"
-    minimised = f"root mean square of the {front.objective}, {counts}"
-    if front.minimise == "peak":
-        minimised = f"peak of the shaking, {counts}"
-    elif front.minimise in ("torque", "bearing"):
-        minimised = f"{front.objective} along the motions; moments are about {point}"
-    pairs.append(("minimised", minimised))
+    pairs.append(("minimised", _minimised_text(front)))
     if front.frame is not None:
         pairs.append(("frame", f"natural frequency {number_text(front.frame.frequency)} Hz"))
     pairs.append(("verdict", best.words))
     if best.shaking is not None:
-        for label, name, unit in (("force", "force", "N"), ("moment", "moment", "N m")):
-            before, after = getattr(given, name), getattr(best.shaking, name)
-            pairs.append(
-                (
-                    label,
-                    f"{unit_text(before, unit)} before, "
-                    f"{unit_text(after, unit, FORM, before, SHAKING_GAP_PROVED)} after (rms)"
-                    f"{_growth_text(front, name) if grows(before, after) else ''}",
-                )
-            )
-        if given.force_off > 0.0 or best.shaking.force_off > 0.0:
-            pairs.append(("tables", _rounding_text(best)))
+        pairs += _shaking_facts(front, best, best.shaking)
         pairs += [*density_facts(best.weights), *_room_facts(best), *_drives(best)]
+    return pairs
+
+
+def _minimised_text(front: ParetoFront) -> str:
+    """Say what is least."""
+    point = f"{vector_text(front.point)} m"
+    if front.minimise in ("torque", "bearing"):
+        return f"{front.objective} along the motions; moments are about {point}"
+    counts = f"{number_text(front.weight_moment)} N m about {point} count as 1 N"
+    if front.weight_moment == inf:
+        counts = f"forces alone; moments are about {point}"
+    if front.minimise == "peak":
+        return f"peak of the shaking, {counts}"
+    return f"root mean square of the {front.objective}, {counts}"
+
+
+def _shaking_facts(
+    front: ParetoFront, best: PartialBalance, shaking: ShakingFigures
+) -> list[tuple[str, str]]:
+    """List force and moment, before and after, and how far tables let them be off."""
+    pairs = []
+    for name, unit in (("force", "N"), ("moment", "N m")):
+        before, after = getattr(best.given, name), getattr(shaking, name)
+        text = (
+            f"{unit_text(before, unit)} before, "
+            f"{unit_text(after, unit, FORM, before, SHAKING_GAP_PROVED)} after (rms)"
+            f"{_growth_text(front, name) if grows(before, after) else ''}"
+        )
+        pairs.append((name, text))
+    if best.given.force_off > 0.0 or shaking.force_off > 0.0:
+        pairs.append(("tables", _rounding_text(best)))
     return pairs
 
 

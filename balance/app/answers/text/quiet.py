@@ -11,7 +11,7 @@ import numpy as np
 
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
-from balance.motion.quiet.answer import MotionFigures, QuietMotion
+from balance.motion.quiet.quiet_motion_result import MotionFigures, QuietMotion
 from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, number_text, vector_text
 

@@ -10,8 +10,8 @@ import numpy as np
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
 from balance.app.answers.text.payload import payload_section
-from balance.masses.springs.answer import SpringBalance
 from balance.masses.springs.spring import AttachedPoint, Spring
+from balance.masses.springs.spring_balance import SpringBalance
 from balance.support.tolerances import SPRING_TORQUE_LEFT
 from kinematics.wording import count_noun, number_text, size_text, vector_text
 

@@ -12,7 +12,7 @@ import numpy as np
 from balance.app.answers.answer import AnswerBody, Facts, joined_facts
 from balance.motion.verification.comparison import VerificationComparison, round_off_of
 from balance.motion.verification.holding_torques import HoldingTorques
-from balance.motion.verification.result import Verification
+from balance.motion.verification.verification import Verification
 from balance.support.change_text import grows
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE

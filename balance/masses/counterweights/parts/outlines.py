@@ -198,7 +198,7 @@ def _with_arcs(loop: Array, circles: tuple[Circle, ...]) -> Array:
         edges[on & np.roll(on, -1) & _on_circle(middles, circle) & (edges < 0)] = k
     if (edges == edges[0]).all() and edges[0] >= 0:
         c, r = circles[edges[0]]
-        turn = 1.0 if _area(loop) > 0.0 else -1.0
+        turn = 1.0 if signed_area(loop) > 0.0 else -1.0
         return np.array([[*(1e3 * (c - [r, 0.0])), turn], [*(1e3 * (c + [r, 0.0])), turn]])
     start = next((k for k in range(count) if edges[k - 1] != edges[k]), 0)
     runs, k = list[tuple[int, int, int]](), 0
@@ -249,7 +249,12 @@ def _bulge(piece: Array, circle: Circle) -> float:
     return float(np.tan(0.25 * np.angle(away[1:] / away[:-1]).sum()))
 
 
-def _area(loop: Array) -> float:
-    """Compute the signed area of a closed curve."""
-    x, y = loop.T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+def signed_area(loop: Array) -> float:
+    """Compute the signed area of a closed curve (n, 2), or of one with bulges (n, 3)."""
+    p, q, bulge = loop[:, :2], np.roll(loop[:, :2], -1, axis=0), loop[:, 2:].sum(axis=1)
+    angle = 4.0 * np.arctan(bulge)
+    chord, straight = np.linalg.norm(q - p, axis=1), bulge == 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        radius = 0.5 * chord / np.sin(0.5 * angle)
+        caps = np.where(straight, 0.0, 0.5 * radius**2 * (angle - np.sin(angle)))
+    return float(0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum() + caps.sum())

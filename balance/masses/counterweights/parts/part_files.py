@@ -3,6 +3,10 @@
 A plate is its outline, extruded. Other parts are the region as a polyhedron, cut by the plane
 or the quadric where the form of the counterweight vanishes. Corners of curved surfaces then
 move by so little as gives the solid the moments of the counterweight.
+
+With corners ``v_i = [x_i; 1]`` of a triangle and the origin as the fourth corner, a tetrahedron
+of volume V has the moments ``V/20 (Σ v_i v_iᵀ + s sᵀ)``, ``s = Σ v_i``; a closed mesh is the
+signed sum of them.
 """
 
 from __future__ import annotations
@@ -14,16 +18,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from balance.masses.counterweights.added_matter import homogeneous
 from balance.masses.counterweights.counterweight import Counterweight
-from balance.masses.counterweights.parts.mesh_moments import (
-    fit_moments,
-    mesh_moments,
-    moments_apart,
-)
 from balance.masses.counterweights.parts.outlines import Plate, plate_of
 from balance.masses.counterweights.parts.step_solids import has_step, step_file
 from balance.masses.counterweights.regions import Region
 from balance.space.inertial_parameters.conversions import mass_properties
+from balance.support.clarabel_adapter import triangles as upper_triangle
 from balance.support.csv_text import csv_writer
 from balance.support.dxf import polylines_dxf
 from balance.support.tolerances import PART_MOMENTS, PART_ROUND_OFF
@@ -57,6 +58,9 @@ ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 
 # Significant digits of the table: a mesh in single precision has no more.
 DIGITS = 8
+# Steps of Newton's method, the change of a coordinate for differences, and the share of the
+# largest singular value below which a direction is left alone.
+STEPS, DIFFERENCE, DEGENERATE = 6, 1e-6, 1e-5
 
 
 class CounterweightPart(NamedTuple):
@@ -80,7 +84,7 @@ class CounterweightPart(NamedTuple):
     @property
     def moments(self) -> Array:
         """Moments ``∫ [x; 1][x; 1]ᵀ dV`` (4, 4) of its mesh about the designed centre."""
-        return mesh_moments(self.solid.points, self.solid.triangles)
+        return _mesh_moments(self.solid.points, self.solid.triangles)
 
     @property
     def outline(self) -> str | None:
@@ -204,7 +208,7 @@ def part_notices(
         text = f"no STEP of {quoted(curved)}: a curved surface cuts it, and STL has it"
         notices.append(Notice("part_without_step", text))
     for part in parts:
-        apart = moments_apart(part.moments, _volume_moments(part.weight))
+        apart = _moments_apart(part.moments, _volume_moments(part.weight))
         if apart > PART_MOMENTS:
             text = (
                 f"the mesh of '{part.weight.link}' differs by {apart:.1e} from the "
@@ -270,7 +274,7 @@ def _mesh_counterweight(weight: Counterweight) -> PartMesh:
         points = points @ plate.axes
     triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
     along = None if plate is None else plate.axes[:2]
-    fitted = fit_moments(points - weight.com, triangles, _volume_moments(weight), along)
+    fitted = _fit_moments(points - weight.com, triangles, _volume_moments(weight), along)
     rounded = np.asarray((1e3 * fitted).astype(np.float32), dtype=np.float64)
     return PartMesh(1e-3 * rounded, triangles, plate)
 
@@ -341,3 +345,73 @@ def _quadric_side(unit: Array) -> Manifold:
         bounds = np.clip(box + [[-EDGE_FIRST] * 3, [EDGE_FIRST] * 3], -1.05, 1.05)
     edge = EDGE * float(np.ptp(bounds, axis=0).max())
     return Manifold.level_set(value, bounds.reshape(-1).tolist(), edge, 0.0, ON_QUADRIC)
+
+
+def _mesh_moments(points: Array, triangles: IntArray) -> Array:
+    """Compute ``∫ [x; 1][x; 1]ᵀ dV`` (4, 4) of a closed mesh.
+
+    Args:
+        points: corners (n, 3), m.
+        triangles: triples of corners (t, 3), counter-clockwise from outside.
+    """
+    v = homogeneous(points)[triangles]
+    volumes = np.linalg.det(v[:, :, :3]) / 6.0
+    sums = v.sum(axis=1) + [0.0, 0.0, 0.0, 1.0]
+    squares = v.mT @ v + sums[:, :, None] * sums[:, None, :]
+    squares[:, 3, 3] += 1.0
+    return np.asarray(np.einsum("n,nij->ij", volumes, squares) / 20.0)
+
+
+def _moments_apart(moments: Array, wanted: Array) -> float:
+    """Compute the largest difference of moments (4, 4) about the wanted centre.
+
+    It is relative: of the volume to it, of first moments to volume and radius of gyration, and
+    of second moments to their trace.
+    """
+    return float(np.abs(_differences(moments, wanted)).max())
+
+
+def _fit_moments(
+    points: Array, triangles: IntArray, wanted: Array, plane: Array | None = None
+) -> Array:
+    """Move the corners of a mesh by as little as gives it the wanted moments.
+
+    Corners move by an affine map and ``x |x|²``, of which the moments need ten.
+
+    Args:
+        points: corners (n, 3) about the wanted centre, m.
+        triangles: triples of corners (t, 3).
+        wanted: moments (4, 4) about their centre.
+        plane: unit vectors (2, 3) along which corners may move; None for all directions.
+
+    Returns:
+        The corners (n, 3).
+    """
+    along = np.eye(3) if plane is None else plane
+    size = float(np.sqrt(np.trace(wanted[:3, :3]) / wanted[3, 3]))
+    x = points @ along.T / size
+    powers = np.column_stack([np.ones(len(x)), x])
+    fields = [np.outer(power, unit) for power in powers.T for unit in along]
+    fields.append((x * np.square(x).sum(axis=1)[:, None]) @ along)
+    moves = size * np.array(fields)
+    start = points
+    for _ in range(STEPS):
+        away = _differences(_mesh_moments(points, triangles), wanted)
+        slopes = [
+            _differences(_mesh_moments(points + DIFFERENCE * move, triangles), wanted) - away
+            for move in moves
+        ]
+        J = np.array(slopes).T / DIFFERENCE
+        step = np.linalg.lstsq(J, -away, rcond=DEGENERATE)[0]
+        points = points + np.einsum("k,kni->ni", step, moves)
+    better = _moments_apart(_mesh_moments(points, triangles), wanted) < _moments_apart(
+        _mesh_moments(start, triangles), wanted
+    )
+    return np.asarray(points if better else start)
+
+
+def _differences(moments: Array, wanted: Array) -> Array:
+    """Compute relative differences (10,)."""
+    size = float(np.sqrt(np.trace(wanted[:3, :3]) / wanted[3, 3]))
+    scale = np.diag([1.0 / size] * 3 + [1.0])
+    return np.asarray(upper_triangle(scale @ (moments - wanted) @ scale) / wanted[3, 3])

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from balance.masses.counterweights.counterweight import Counterweight
-from balance.masses.counterweights.parts.outlines import Plate
+from balance.masses.counterweights.parts.outlines import Plate, signed_area
 from balance.masses.counterweights.regions import Region
 from balance.support.tolerances import PART_ROUND_OFF
 from kinematics.errors import PackageError
@@ -67,7 +67,7 @@ def _extruded(plate: Plate) -> Shape:
     holes = list[tuple[Wire, Array]]()
     for loop in plate.loops():
         wire = Wire(_edges(loop, plate.axes, low))
-        (outer if _area(loop) > 0.0 else holes).append((wire, loop))
+        (outer if signed_area(loop) > 0.0 else holes).append((wire, loop))
     way = Vector(*(1e3 * plate.thickness * plate.axes[2]).tolist())
     solids = []
     for wire, loop in outer:
@@ -94,17 +94,6 @@ def _edges(loop: Array, axes: Array, low: Array) -> list[Edge]:
         middle = 0.5 * (start + end) + 0.5 * bulge * np.array([chord[1], -chord[0]])
         edges.append(Edge.make_three_point_arc(placed(start), placed(middle), placed(end)))
     return edges
-
-
-def _area(loop: Array) -> float:
-    """Compute the signed area of a closed curve, with its arcs."""
-    p, q = loop[:, :2], np.roll(loop[:, :2], -1, axis=0)
-    angle = 4.0 * np.arctan(loop[:, 2])
-    chord, straight = np.linalg.norm(q - p, axis=1), loop[:, 2] == 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        radius = 0.5 * chord / np.sin(0.5 * angle)
-        caps = np.where(straight, 0.0, 0.5 * radius**2 * (angle - np.sin(angle)))
-    return float(0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum() + caps.sum())
 
 
 def _holds(loop: Array, point: Array) -> bool:

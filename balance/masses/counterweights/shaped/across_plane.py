@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.weight_shape import WeightShape
 from balance.support.tolerances import PART_ROUND_OFF

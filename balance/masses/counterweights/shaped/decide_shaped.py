@@ -20,10 +20,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights
+from balance.masses.counterweights.added_program import AddedProgram, build_added_program
 from balance.masses.counterweights.counterweight import filled_counterweight
+from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.decide import balance_residual, with_moments
-from balance.masses.counterweights.program import AddedProgram, build_added_program
 from balance.masses.counterweights.regions import Region, ball_region
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
 from balance.masses.counterweights.shaped.sectors import decide_sectors, fan_of
@@ -75,19 +75,11 @@ def decide_shaped(
     if _feels_inertia(program):
         raise UsageError("shapes are found for forces, and these conditions feel inertia too")
     sizes = choices[0].plural if len(choices) == 1 else f"{kind}s ({shape_text(choices)})"
-    blank = replace(
-        free,
-        verdict="undecided",
-        value=None,
-        gap=None,
-        weights=(),
-        z=None,
-        residual=None,
-        proof=None,
+    blank = free.undecided(
+        f"no {sizes} that balance were found in the regions, where "
+        f"{number_text(free.added_mass)} kg of other shapes do",
         shape=shape_text(choices),
         least_mass=free.added_mass,
-        words=f"undecided: no {sizes} that balance were found in the regions, where "
-        f"{number_text(free.added_mass)} kg of other shapes do",
     )
     if kind == "sector":
         fans = _held(free, stocks, choices, fan_of)

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights
 from balance.masses.counterweights.counterweight import Counterweight, filled_counterweight
+from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.regions import Region, cylinder_region, sector_region
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
 from balance.masses.counterweights.shaped.weight_shape import WeightShape

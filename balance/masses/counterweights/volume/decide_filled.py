@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.counterweights.answer import Counterweights, Relaxation
-from balance.masses.counterweights.counterweight import filled_counterweight
-from balance.masses.counterweights.decide import balance_residual, decide, with_moments
-from balance.masses.counterweights.program import (
+from balance.masses.counterweights.added_program import (
     IDLE_MASS_PRICE,
     AddedObjective,
     AddedProgram,
     added_objective,
     build_added_program,
 )
+from balance.masses.counterweights.counterweight import filled_counterweight
+from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
+from balance.masses.counterweights.decide import balance_residual, decide, with_moments
 from balance.masses.counterweights.volume.fill_program import (
     DensityNeeded,
     density_gap,
@@ -63,23 +63,13 @@ def decide_filled(
     points = replace(points, density=density)
     if points.verdict != "feasible" or not points.weights:
         return points
-    blank = replace(
-        points,
-        verdict="undecided",
-        value=None,
-        gap=None,
-        weights=(),
-        z=None,
-        residual=None,
-        words=f"undecided: {UNCHECKED_MATTER}",
-    )
+    blank = points.undecided(UNCHECKED_MATTER)
     program = build_added_program(space, regions, minimise, price)
     needed = density_needed(program, list(stocks.values()), how_much=relax)
     if needed.bound > 1.0:
         return _excluded(blank, stocks, program, needed, relax)
     if needed.factor > 1.0:
-        words = "undecided: matter of this density just or just not balances it"
-        return replace(blank, words=words)
+        return blank.undecided("matter of this density just or just not balances it")
     return _filled(blank, stocks, program, needed, prove)
 
 

@@ -35,7 +35,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.program import AddedProgram, added_objective
+from balance.masses.counterweights.added_program import AddedProgram, added_objective
 from balance.masses.counterweights.volume.stock import (
     COARSE,
     FINE,

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
+from balance.masses.remedies.applied import AppliedRemedy, refused
 from balance.masses.remedies.balancers.crank_sweep import (
     crank_joint,
     crank_rates,
@@ -19,6 +19,7 @@ from balance.masses.remedies.balancers.crank_sweep import (
     sweep_crank,
 )
 from balance.masses.remedies.balancers.on_base import (
+    NO_MOMENT,
     SEED,
     Balancer,
     BalancerDrive,
@@ -26,12 +27,15 @@ from balance.masses.remedies.balancers.on_base import (
     NoBalancer,
     Wheel,
     balance_force,
+    build_or_refuse,
     fine_motion,
     has_momentum,
     make_wheel,
     motion_columns,
     random_runs,
+    refuse_other_moments,
     verify_with_balancers,
+    with_input_inertia,
 )
 from balance.masses.remedies.balancers.varying_ratio import (
     PitchCurves,
@@ -52,7 +56,6 @@ from balance.motion.verification.trajectory import (
     drive,
     random_motions,
 )
-from kinematics.errors import LinkageError
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
 from kinematics.numerics.array_types import Array
@@ -71,7 +74,7 @@ def apply_passive_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         One result.
     """
-    yield _attempt("passive_wheel", request, _build_geared_wheel)
+    yield _wheel_remedy("passive_wheel", request, _build_geared_wheel)
 
 
 def apply_active_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -82,21 +85,16 @@ def apply_active_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         One result.
     """
-    yield _attempt("active_wheel", request, _build_motor_wheels)
+    yield _wheel_remedy("active_wheel", request, _build_motor_wheels)
 
 
-def _attempt(
+def _wheel_remedy(
     remedy: str, request: RemedyRequest, build: Callable[[RemedyRequest], AppliedRemedy]
 ) -> AppliedRemedy:
     """Build wheels, or say why there are none."""
     if request.balance == "force":
         return refused(remedy, "a wheel takes a moment, and only the force is to be balanced")
-    try:
-        return build(request)
-    except NoBalancer as no:
-        return replace(refused(remedy, no.reason), verdict=no.verdict, proof=no.proof)
-    except LinkageError as error:
-        return refused(remedy, str(error))
+    return build_or_refuse(remedy, build, request)
 
 
 def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
@@ -187,7 +185,7 @@ def _wheels(
     candidates = linkage.chain.frame.R[::-1] if linkage.planar else np.eye(3)
     axes = [axis for axis in candidates if has_momentum(linkage, momenta, axis[None])]
     if not axes:
-        raise NoBalancer("refused", "no moment is left once counterweights balance the force")
+        raise NoBalancer("refused", NO_MOMENT)
     pace = _pace(request, balanced, [run.trajectory for run in runs])
     radius = request.rotor_radius
     several = len(axes) > 1
@@ -266,7 +264,8 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     runs = [fine, *(move_masses(linkage, trajectory) for trajectory in randomly)]
     if regular := way.conditioning > CONDITIONING_NOTICE:
         runs.append(sweep)
-    _refuse_other_moments(linkage, [run.momentum for run in runs])
+    momenta = [run.momentum for run in runs]
+    refuse_other_moments(linkage, momenta, "this wheel does not take; active wheels do")
     table = _ratio_table(request, linkage, sweep, crank, turns)
     radius, centre = request.rotor_radius, crank_joint(linkage, crank).point
     point = centre + 2.0 * radius * linkage.chain.frame.R[0]
@@ -281,7 +280,7 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     done = replace(done, files={"motion.csv": table_bytes(motion)})
     at_start = drive(linkage, [0.0], [0.0 * rates], [rates], [0.0 * rates])
     h = float(momentum_along(linkage, at_start).total[0, :3] @ normal)
-    done = _with_wheel(request, done, crank, h**2 / table.inertia)
+    done = with_input_inertia(request, done, {crank: h**2 / table.inertia})
     return _with_tables(linkage, done, table, wheel, regular)
 
 
@@ -306,19 +305,6 @@ def _with_tables(
         "peaks": {"at": "unit rate of the crank", **peaks},
     }
     return replace(done, files={**done.files, **files}, details=details)
-
-
-def _refuse_other_moments(linkage: Linkage, momenta: Sequence[Momentum]) -> None:
-    """Raise NoBalancer if no moment is left, or one across the normal."""
-    across, normal = linkage.chain.frame.R[:2], linkage.chain.frame.R[2:]
-    if has_momentum(linkage, momenta, across):
-        raise NoBalancer(
-            "undecided",
-            "centres of mass are in different planes, so that a moment across the "
-            "normal is left, which this wheel does not take; active wheels do",
-        )
-    if not has_momentum(linkage, momenta, normal):
-        raise NoBalancer("refused", "no moment is left once counterweights balance the force")
 
 
 def _ratio_table(
@@ -371,13 +357,3 @@ def _tables(table: VaryingRatio, curves: PitchCurves | None) -> dict[str, object
             **{name: x[::STRIDE].tolist() for name, x in curves.columns().items()},
         }
     return tables
-
-
-def _with_wheel(
-    request: RemedyRequest, done: AppliedRemedy, crank: str, felt: float
-) -> AppliedRemedy:
-    """Add the inertia of the wheel that the crank feels at the reference pose."""
-    if done.input_inertia is None:
-        return done
-    inertia = {**done.input_inertia, crank: done.input_inertia[crank] + felt}
-    return replace(done, input_inertia=inertia, inertia_ratio=inertia_ratio(request, inertia))

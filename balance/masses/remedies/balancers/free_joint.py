@@ -15,25 +15,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
+from balance.masses.remedies.applied import AppliedRemedy, refused
 from balance.masses.remedies.balancers.on_base import (
     BalancerDrive,
     Course,
     ForceBalanced,
     NoBalancer,
     balance_force,
+    build_or_refuse,
     fine_motion,
-    has_momentum,
     motion_columns,
     random_runs,
+    refuse_other_moments,
     verify_with_balancers,
+    with_input_inertia,
 )
 from balance.masses.remedies.balancers.varying_ratio import integrate, table_bytes
 from balance.masses.remedies.momentum_along import MovedMasses, move_masses
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import free_name, names_taken
 from balance.motion.verification.trajectory import Trajectory, drive
-from kinematics.errors import LinkageError
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
 from kinematics.model.document.write_numbers import number_words
@@ -62,12 +63,7 @@ def apply_free_joint(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     if request.balance == "force":
         yield refused(KEY, "a hinge takes no moment, and only the force is to be balanced")
         return
-    try:
-        yield _built(request)
-    except NoBalancer as no:
-        yield replace(refused(KEY, no.reason), verdict=no.verdict, proof=no.proof)
-    except LinkageError as error:
-        yield refused(KEY, str(error))
+    yield build_or_refuse(KEY, _build_hinge, request)
 
 
 class TurningFrame(NamedTuple):
@@ -160,7 +156,7 @@ def inertia_about(
     return J, rate
 
 
-def _built(request: RemedyRequest) -> AppliedRemedy:
+def _build_hinge(request: RemedyRequest) -> AppliedRemedy:
     """Build the hinge, and verify the linkage on it.
 
     Raises:
@@ -173,15 +169,8 @@ def _built(request: RemedyRequest) -> AppliedRemedy:
     balanced = balance_force(request)
     linkage = balanced.linkage
     runs = [fine_motion(request), *random_runs(request)]
-    momenta, axes = [run.momentum for run in runs], linkage.chain.frame.R
-    if has_momentum(linkage, momenta, axes[:2]):
-        raise NoBalancer(
-            "undecided",
-            "centres of mass are in different planes, so that a moment across the normal is "
-            "left, which a hinge along it carries",
-        )
-    if not has_momentum(linkage, momenta, axes[2:]):
-        raise NoBalancer("refused", "no moment is left once counterweights balance the force")
+    momenta = [run.momentum for run in runs]
+    refuse_other_moments(linkage, momenta, "a hinge along it carries")
     frame = _frame(balanced)
     swing = max(float(np.ptp(frame.courses(run)[0][0])) for run in runs)
     words = (
@@ -221,16 +210,11 @@ def _with_free_inertia(
     request: RemedyRequest, done: AppliedRemedy, frame: TurningFrame
 ) -> AppliedRemedy:
     """Take from the inertia of each input what the frame lets go: ``h² / J``."""
-    if done.input_inertia is None:
-        return done
     linkage = frame.linkage
     unit = np.eye(len(linkage.inputs))
     still = np.zeros_like(unit)
     run = move_masses(linkage, drive(linkage, np.zeros(len(unit)), still, unit, still))
     J, _ = inertia_about(linkage, run.trajectory, frame.centre, frame.axis)
     freed = (run.momentum.total[:, :3] @ frame.axis) ** 2 / J
-    felt = {
-        name: value - less
-        for (name, value), less in zip(done.input_inertia.items(), freed.tolist(), strict=True)
-    }
-    return replace(done, input_inertia=felt, inertia_ratio=inertia_ratio(request, felt))
+    felt = dict(zip(linkage.inputs, (-freed).tolist(), strict=True))
+    return with_input_inertia(request, done, felt)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.remedies.applied import AppliedRemedy, inertia_ratio, refused
+from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.balancers.balancing_wheels import with_motors
 from balance.masses.remedies.balancers.crank_sweep import (
     crank_rates,
@@ -32,10 +32,12 @@ from balance.masses.remedies.balancers.on_base import (
     Course,
     ForceBalanced,
     NoBalancer,
+    build_or_refuse,
     fine_motion_of,
     motion_columns,
     ring_inertia,
     verify_with_balancers,
+    with_input_inertia,
 )
 from balance.masses.remedies.balancers.varying_ratio import integrate, table_bytes
 from balance.masses.remedies.momentum_along import MovedMasses, move_masses
@@ -43,7 +45,6 @@ from balance.masses.remedies.request import MOTIONS, RemedyRequest
 from balance.masses.remedies.variant import free_name, names_taken
 from balance.motion.motion_tolerances import CONDITIONING_NOTICE, SHAKING_RELATIVE
 from balance.motion.verification.trajectory import drive, random_motions
-from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Element
@@ -76,7 +77,7 @@ def apply_moving_mass(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         One result; a file has time, inputs, and position, speed, force or torque, and power of
         each motor at the greatest power, and one a motion for ``balance verify --csv``.
     """
-    yield _attempt("moving_mass", request)
+    yield build_or_refuse("moving_mass", _move_by_motors, request)
 
 
 def apply_cam_mass(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -88,24 +89,7 @@ def apply_cam_mass(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     Yields:
         One result; a file has the lifts and their slopes over the motion of the crank.
     """
-    yield _attempt("cam_mass", request)
-
-
-def _attempt(remedy: str, request: RemedyRequest) -> AppliedRemedy:
-    """Build the body, or say why there is none."""
-    try:
-        if not request.linkage.planar:
-            raise NoBalancer("refused", "a spatial linkage: the body moves in a plane")
-        if remedy == "moving_mass":
-            return _with_motors(request)
-        if request.freedoms != 1:
-            count = f"{request.freedoms} degrees of freedom"
-            raise NoBalancer("refused", f"{count}, but a lift is a function of one")
-        return _with_cams(request)
-    except NoBalancer as no:
-        return replace(refused(remedy, no.reason), verdict=no.verdict)
-    except LinkageError as error:
-        return refused(remedy, str(error))
+    yield build_or_refuse("cam_mass", _move_by_cams, request)
 
 
 class MovingBody(NamedTuple):
@@ -210,9 +194,12 @@ def _prepare(request: RemedyRequest) -> _Prepared:
     """Move the linkage, and place the body, once for motors and for cams.
 
     Raises:
-        NoBalancer: there is no budget, no force, or a moment across the normal.
+        NoBalancer: the linkage is spatial, there is no budget, no force, or a moment across
+            the normal.
         LinkageError: the linkage cannot be moved.
     """
+    if not request.linkage.planar:
+        raise NoBalancer("refused", "a spatial linkage: the body moves in a plane")
     mass = request.given_mass if request.budget is None else request.budget
     if not mass > 0.0:
         raise NoBalancer("refused", "a budget of 0 kg, and the body needs a mass")
@@ -290,7 +277,7 @@ def _shifts(run: MovedMasses, mass: float) -> Array:
     return np.stack(parts, axis=1)
 
 
-def _with_motors(request: RemedyRequest) -> AppliedRemedy:
+def _move_by_motors(request: RemedyRequest) -> AppliedRemedy:
     """Move the body by motors."""
     ready = _prepare(request)
     words = f"{ready.words} by motors"
@@ -300,8 +287,11 @@ def _with_motors(request: RemedyRequest) -> AppliedRemedy:
     return replace(done, details={"body": _details(ready), **done.details})
 
 
-def _with_cams(request: RemedyRequest) -> AppliedRemedy:
+def _move_by_cams(request: RemedyRequest) -> AppliedRemedy:
     """Move the body by cams on the crank, which feels it."""
+    if request.linkage.planar and request.freedoms != 1:
+        count = f"{request.freedoms} degrees of freedom"
+        raise NoBalancer("refused", f"{count}, but a lift is a function of one")
     ready = _prepare(request)
     linkage, body = ready.given.linkage, ready.body
     limits = motion_of(linkage, request.motion or None)
@@ -338,16 +328,13 @@ def _with_cams(request: RemedyRequest) -> AppliedRemedy:
             ],
         },
     )
-    if done.input_inertia is None:
-        return done
     start = drive(linkage, [0.0], [0.0 * rates], [rates], [0.0 * rates])
     at_start = body.courses(move_masses(linkage, start))
     felt = sum(
         driven.inertia * float(speed[0]) ** 2
         for driven, (_, speed, _) in zip(body.drives, at_start, strict=True)
     )
-    inertia = {**done.input_inertia, crank: done.input_inertia[crank] + felt}
-    return replace(done, input_inertia=inertia, inertia_ratio=inertia_ratio(request, inertia))
+    return with_input_inertia(request, done, {crank: felt})
 
 
 def _details(ready: _Prepared) -> dict[str, object]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple, Protocol
@@ -14,6 +14,8 @@ from balance.masses.remedies.applied import (
     AppliedRemedy,
     RemedyVerdict,
     describe_residual,
+    inertia_ratio,
+    refused,
     with_cost,
 )
 from balance.masses.remedies.as_built import InputSteps, input_steps
@@ -26,6 +28,7 @@ from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.trajectory import Trajectory, drive, random_motions
 from balance.motion.verification.verify_motions import verify
 from balance.space.spaces.compute_space import design_space
+from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.arrays import freeze
 from kinematics.model.document import make_elements
@@ -39,6 +42,8 @@ from kinematics.numerics.array_types import Array
 FILE_SAMPLES = 1001
 # Seed of the other random motions.
 SEED = 3
+# Why nothing is built where nothing is left to take.
+NO_MOMENT = "no moment is left once counterweights balance the force"
 # The attributes of a motion that have a row for each sample.
 SAMPLED = ("time", "u", "ud", "udd", "q", "qd", "qdd")
 
@@ -52,6 +57,23 @@ class NoBalancer(Exception):
         """Keep the facts."""
         self.verdict, self.reason, self.proof = verdict, reason, proof
         super().__init__(reason)
+
+    def applied(self, remedy: str, words: str = "") -> AppliedRemedy:
+        """Return the result of the remedy, for which nothing is built."""
+        blank = refused(remedy, self.reason, words)
+        return replace(blank, verdict=self.verdict, proof=self.proof)
+
+
+def build_or_refuse(
+    remedy: str, build: Callable[[RemedyRequest], AppliedRemedy], request: RemedyRequest
+) -> AppliedRemedy:
+    """Build balancers, or say why there are none."""
+    try:
+        return build(request)
+    except NoBalancer as no:
+        return no.applied(remedy)
+    except LinkageError as error:
+        return refused(remedy, str(error))
 
 
 class ForceBalanced(NamedTuple):
@@ -256,6 +278,28 @@ def has_momentum(linkage: Linkage, momenta: Sequence[Momentum], axes: Array) -> 
     )
 
 
+def refuse_other_moments(linkage: Linkage, momenta: Sequence[Momentum], lost: str) -> None:
+    """Refuse a planar linkage that leaves no moment along its normal, or one across it.
+
+    Args:
+        linkage: a linkage without shaking force.
+        momenta: along motions of it.
+        lost: what becomes of a moment across the normal.
+
+    Raises:
+        NoBalancer: there is such a moment, or none at all.
+    """
+    axes = linkage.chain.frame.R
+    if has_momentum(linkage, momenta, axes[:2]):
+        raise NoBalancer(
+            "undecided",
+            "centres of mass are in different planes, so that a moment across the normal is "
+            f"left, which {lost}",
+        )
+    if not has_momentum(linkage, momenta, axes[2:]):
+        raise NoBalancer("refused", NO_MOMENT)
+
+
 @lru_cache(maxsize=1)
 def balance_force(request: RemedyRequest) -> ForceBalanced:
     """Balance the force of a linkage by the least counterweights, once for all wheels.
@@ -425,3 +469,13 @@ def verify_with_balancers(
     steps = _joined_steps(request, balanced, whole, balancers)
     done = with_cost(request, done, added, whole, steps=steps)
     return replace(done, reason=done.reason + balanced.rim), moved
+
+
+def with_input_inertia(
+    request: RemedyRequest, done: AppliedRemedy, felt: Mapping[str, float]
+) -> AppliedRemedy:
+    """Add what inputs feel of balancers that move with them to a result that has costs."""
+    if done.input_inertia is None:
+        return done
+    inertia = {name: x + felt.get(name, 0.0) for name, x in done.input_inertia.items()}
+    return replace(done, input_inertia=inertia, inertia_ratio=inertia_ratio(request, inertia))

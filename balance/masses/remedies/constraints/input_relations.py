@@ -27,7 +27,7 @@ from balance.masses.remedies.constraints.relation_candidates import (
     candidates,
     count_candidates,
 )
-from balance.masses.remedies.judge import judge, verify_file
+from balance.masses.remedies.judge_variant import judge_variant, verify_file
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.space.inertial_parameters.conversions import to_chain
@@ -131,7 +131,7 @@ def _judge(
         blank = AppliedRemedy(KEY, words, "undecided", "", details=details)
         result = verify_file(request, blank, base.data, (*request.motion, *motion), inputs)
     else:
-        result = judge(
+        result = judge_variant(
             request,
             Variant(
                 KEY, words, base, request.links, motion=motion, inputs=inputs, details=details

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from balance.masses.remedies.applied import AppliedRemedy, describe_residual, refused, with_cost
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
@@ -49,7 +49,7 @@ def apply_slider_path(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         return
     words = "counterweights against the force, and a slider along a reactionless path"
     force = replace(request, balance="force")
-    balanced = judge(force, Variant(KEY, words, request.base, request.links))
+    balanced = judge_variant(force, Variant(KEY, words, request.base, request.links))
     if balanced.urdf is None:
         reason = f"every direction has momentum, and the force stays: {balanced.reason}"
         yield replace(balanced, reason=reason)

@@ -21,7 +21,7 @@ from balance.masses.remedies.copies.symmetric_copies import (
     place_of,
     single_copies,
 )
-from balance.masses.remedies.judge import judge, verify_file
+from balance.masses.remedies.judge_variant import judge_variant, verify_file
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant, append_elements, free_name
 from kinematics.errors import LinkageError
@@ -131,7 +131,7 @@ def _with_counterweights(
     """Judge one copy, with matter on its links and on those of the linkage."""
     made = _copy(request, [copy], driven)
     names = made.names[0]
-    return judge(
+    return judge_variant(
         request,
         Variant(
             "duplicates",

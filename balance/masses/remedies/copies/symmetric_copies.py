@@ -119,7 +119,7 @@ def single_copies(
     for n in axes:
         across = momenta.linear - np.outer(momenta.linear @ n, n)
         if not force and _vanishes(across) and _vanishes(momenta.moment @ n):
-            plane = _beside(place, n, place.centre)
+            plane = _move_to_radius(place, n, place.centre)
             Q = 2.0 * np.outer(n, n) - np.eye(3)
             yield Copy(Q, True, plane, f"mirrored with the normal {vector_text(n)}")
             break
@@ -250,7 +250,11 @@ def _turn_point(momenta: _Momenta, n: Array, place: Place, force: bool) -> Array
     if not _vanishes(p @ n):
         return None
     if force or _vanishes(p):
-        return _beside(place, _across(place, n), place.centre) if _vanishes(moment) else None
+        return (
+            _move_to_radius(place, _across(place, n), place.centre)
+            if _vanishes(moment)
+            else None
+        )
     m = np.linalg.lstsq(p, moment, rcond=AS_GIVEN_RESIDUAL)[0]
     if not _vanishes(p @ m - moment):
         return None
@@ -258,7 +262,7 @@ def _turn_point(momenta: _Momenta, n: Array, place: Place, force: bool) -> Array
     _, sizes, directions = np.linalg.svd(p)
     if sizes[1] > AS_GIVEN_RESIDUAL * sizes[0]:
         return point
-    return _beside(place, np.round(first_direction(directions[:1]), 15), point)
+    return _move_to_radius(place, np.round(first_direction(directions[:1]), 15), point)
 
 
 def _across(place: Place, n: Array) -> Array:
@@ -271,7 +275,7 @@ def _across(place: Place, n: Array) -> Array:
 def _inversion_point(momenta: _Momenta, place: Place, force: bool) -> Array | None:
     """Find the point O with ``ξ = O × p`` in all poses; None if there is none."""
     if force:
-        return _beside(place, place.axes[0], place.centre)
+        return _move_to_radius(place, place.axes[0], place.centre)
     p = momenta.linear
     rows = np.cross(np.eye(3)[None], p[:, None]).swapaxes(1, 2).reshape(-1, 3)
     right = momenta.moment.ravel()
@@ -281,6 +285,6 @@ def _inversion_point(momenta: _Momenta, place: Place, force: bool) -> Array | No
     return momenta.middle + momenta.length * point
 
 
-def _beside(place: Place, free: Array, point: Array) -> Array:
+def _move_to_radius(place: Place, free: Array, point: Array) -> Array:
     """Move a point along a direction in which it is free, to one radius from the centre."""
     return np.asarray(point + (free @ (place.centre - point) - place.radius) * free)

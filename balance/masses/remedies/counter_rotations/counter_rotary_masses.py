@@ -28,9 +28,9 @@ from balance.masses.counterweights.added_matter import (
     moment_cone,
     parameters_per_moment,
 )
+from balance.masses.counterweights.added_program import objective_of
 from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.link_regions import default_region, regions_of, wide_region
-from balance.masses.counterweights.program import objective_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.remedies.applied import AppliedRemedy, refused, total_inertia
@@ -52,7 +52,7 @@ from balance.masses.remedies.counter_rotations.separate_rotors import (
     rotor_variant,
     unusable,
 )
-from balance.masses.remedies.judge import judge, space_with
+from balance.masses.remedies.judge_variant import judge_variant, space_with
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.trade_off import TradeOff, best_points, prices_of
 from balance.masses.remedies.variant import Variant
@@ -101,7 +101,7 @@ def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemed
     plain = request.changed(trade_off=0)
     for rotor_set in fewest.sets[:MOST_SETS]:
         lightest = lightest_places(request, rotor_set.joints)
-        applied = judge(plain, _variant(request, fewest, rotor_set, lightest))
+        applied = judge_variant(plain, _variant(request, fewest, rotor_set, lightest))
         if request.trade_off and lightest is not None and applied.verdict == "feasible":
             points = _trade_off(request, fewest, rotor_set, applied, lightest)
             applied = replace(applied, trade_off=points)

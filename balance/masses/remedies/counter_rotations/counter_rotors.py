@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.program import orthonormal_conditions
+from balance.masses.counterweights.added_program import orthonormal_conditions
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.spaces.design_space import DesignSpace

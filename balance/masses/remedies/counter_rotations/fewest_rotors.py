@@ -15,7 +15,7 @@ from itertools import combinations
 
 import numpy as np
 
-from balance.masses.counterweights.program import IDLE_MASS_PRICE
+from balance.masses.counterweights.added_program import IDLE_MASS_PRICE
 from balance.masses.designs.feasibility import Verdict
 from balance.masses.designs.pseudo_inertia_cone import cone_of_columns, given_parameters
 from balance.masses.remedies.counter_rotations.counter_rotors import (

@@ -13,7 +13,7 @@ from balance.masses.remedies.counter_rotations.fewest_rotors import (
 )
 from balance.masses.remedies.counter_rotations.rotor_elements import RotorParts, RotorWriter
 from balance.masses.remedies.counter_rotations.rotor_sets import check_rotor_certificate
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant, append_elements
 from kinematics.model.linkage import GROUND
@@ -153,4 +153,6 @@ def _built(
     ]
     words = f"{count_noun(len(rotors), 'rotor')} against {' and '.join(where)}"
     details = rotor_details(fewest, rotor_set)
-    return judge(request, rotor_variant(request, "separate_rotors", words, rotors, details))
+    return judge_variant(
+        request, rotor_variant(request, "separate_rotors", words, rotors, details)
+    )

@@ -35,7 +35,7 @@ from balance.masses.remedies.counter_rotations.separate_rotors import (
     rotor_details,
     unusable,
 )
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant, append_elements
 from kinematics.model.chain import path
@@ -153,7 +153,7 @@ def _judged(
         sizes = ", ".join(f"{number_text(size, '.3g')} m" for size in out.sizes.values())
         words += f", with {carried.parts} of {sizes} ({carried.bound})"
     details = {**rotor_details(fewest, rotor_set), "carried_sizes": out.sizes}
-    return judge(request, _variant(request, remedy, words, out, details))
+    return judge_variant(request, _variant(request, remedy, words, out, details))
 
 
 @lru_cache(maxsize=1)

@@ -43,7 +43,7 @@ from balance.masses.remedies.dyads.dyad_geometry import (
     segments_of,
 )
 from balance.masses.remedies.dyads.dyad_search import AngleRelations, DyadWalk, walk
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.space.spaces.compute_space import design_space
@@ -239,7 +239,7 @@ def _judge(request: RemedyRequest, seed: DyadSeed, space: DesignSpace) -> Applie
     document, links, joints = dyad_document(request.base, dyad, seed.numbers, frame)
     first, second = dyad.sides
     words = f"{dyad.kind} between {first.name} and {second.name}: {seed.words}{seed.bound}"
-    return judge(
+    return judge_variant(
         request,
         Variant(
             "added_dyad",

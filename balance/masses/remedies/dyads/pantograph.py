@@ -28,7 +28,7 @@ from balance.masses.remedies.applied import AppliedRemedy, refused
 from balance.masses.remedies.balancers.on_base import ForceBalanced
 from balance.masses.remedies.dyads.added_dyad import hinges_of, sides_of
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, DyadSide, dyad_document
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.matter_on_links import with_moment_left
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
@@ -149,4 +149,4 @@ def _judged(request: RemedyRequest, pair: _Pair) -> AppliedRemedy:
         new_joints=joints,
         details={"pair": [first, second], "size": SIZE},
     )
-    return judge(request, variant)
+    return judge_variant(request, variant)

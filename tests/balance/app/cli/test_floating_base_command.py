@@ -31,7 +31,9 @@ def test_exit_codes_tell_the_verdict(capsys, monkeypatch):
     assert capsys.readouterr().out.splitlines()[-1].split()[:5] == (
         "verdict the base stays at".split()
     )
-    monkeypatch.setattr("balance.motion.floating_base.result.BASE_DRIFT_RELATIVE", 0.0)
+    monkeypatch.setattr(
+        "balance.motion.floating_base.floating_base_motion.BASE_DRIFT_RELATIVE", 0.0
+    )
     code, report = run(capsys, BALANCED, *FREE)
     assert code == 4 and report["undisturbed"] is None
 

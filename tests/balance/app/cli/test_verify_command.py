@@ -46,7 +46,7 @@ def test_exit_codes_tell_the_verdict(capsys, monkeypatch):
     assert main(["verify", "three_rsr", *FEW, "--motion", "u2=u3"]) == 0
     assert main(["verify", "three_rsr", *FEW, "--balance", "force"]) == 0
     capsys.readouterr()
-    monkeypatch.setattr("balance.motion.verification.result.AGREEMENT_RELATIVE", 0.0)
+    monkeypatch.setattr("balance.motion.verification.verification.AGREEMENT_RELATIVE", 0.0)
     assert main(["verify", BALANCED, *FEW]) == 4
     assert "no verdict" in capsys.readouterr().out
 

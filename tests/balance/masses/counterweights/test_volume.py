@@ -10,8 +10,12 @@ import balance
 from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.regions import hull_region
 from balance.masses.counterweights.volume.filling_check import check_filling
-from balance.masses.counterweights.volume.plane_cuts import cut_moments
-from balance.masses.counterweights.volume.stock import Stock, fill, support_function
+from balance.masses.counterweights.volume.stock import (
+    Stock,
+    cut_moments,
+    fill,
+    support_function,
+)
 from kinematics.errors import BodyError, UsageError
 from tests.independent.counterweight_requests import random_request
 from tests.independent.filled_cells import cells, least_masses
@@ -395,7 +399,7 @@ def test_a_random_search_finds_nothing_below_the_bound(minimise):
     corners = [
         linprog(rng.uniform(0.1, 1.0, A.shape[1]), A_eq=A, b_eq=target).x for _ in range(30)
     ]
-    from balance.masses.counterweights.program import added_objective, build_added_program
+    from balance.masses.counterweights.added_program import added_objective, build_added_program
 
     regions = {space.bodies.index(n): r for n, r in found.regions.items()}
     program = build_added_program(space, regions, minimise)

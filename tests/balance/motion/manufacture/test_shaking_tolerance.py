@@ -9,12 +9,12 @@ import pytest
 
 import balance
 import kinematics
+from balance.motion.manufacture.analyse import directions, worst_case
 from balance.motion.manufacture.deviations import (
     Tolerances,
     deviating_loads,
     deviations_of,
 )
-from balance.motion.manufacture.worst_case import directions, worst_case
 from balance.motion.verification.trajectory import drive, random_motions
 from kinematics.errors import LinkageError, UsageError
 from tests.independent import reference

@@ -11,8 +11,8 @@ import balance
 from balance.space.formulas.derive import fresh_geometries
 from balance.space.formulas.polynomials import Quotient
 from balance.space.formulas.problem import problem_of
-from balance.space.formulas.spatial_check import displaced_pose
 from balance.space.formulas.spatial_pose import place_parts
+from balance.space.formulas.spatial_samples import displaced_pose
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import ExactError, UsageError
 from kinematics.numerics.linalg.prime_field import PRIMES_OF_61_BITS

@@ -5,8 +5,7 @@ import pytest
 
 import kinematics
 from balance import design_space
-from balance.space.interpretation.freedoms import _columns
-from balance.space.interpretation.sparse_basis import SparseSearch
+from balance.space.interpretation.freedoms import SparseSearch, _columns
 from balance.space.interpretation.terms import candidate_terms
 
 

@@ -15,11 +15,11 @@ from balance.momentum import momentum_regressor
 from balance.space.inertial_parameters.multipole import rod
 from balance.space.interpretation.explain import explain
 from balance.space.interpretation.freedoms import (
+    SparseSearch,
     parallel_freedoms,
     summarise,
     transfer_freedoms,
 )
-from balance.space.interpretation.sparse_basis import SparseSearch
 from balance.space.interpretation.terms import candidate_terms, describe_terms, term_vectors
 from tests.support.covering import spread
 from tests.support.figures import FIGURES, Figure

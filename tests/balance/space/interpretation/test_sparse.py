@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from balance.space.interpretation.sparse_basis import SparseSearch
+from balance.space.interpretation.freedoms import SparseSearch
 from tests.support.laws import outside
 
 SEEDS = range(10)

@@ -18,7 +18,7 @@ from balance.studies.discovery.lane_motion import (
     lane_momentum_rows,
     momentum_rates,
 )
-from balance.studies.discovery.results import examine
+from balance.studies.discovery.search_results import examine
 from balance.studies.discovery.to_linkage import to_linkage
 from kinematics.model.document.element import Document
 from tests.support.json_answers import json_answer

@@ -7,7 +7,7 @@ import pytest
 
 from balance.app.cli.main import main
 from balance.studies.discovery.job import DiscoveryJob
-from balance.studies.discovery.results import FamilyTally, read_search
+from balance.studies.discovery.search_results import FamilyTally, read_search
 from balance.studies.runs.chunk_runs import run_chunks
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.errors import FileError
@@ -101,7 +101,7 @@ def test_the_progress_tells_the_families_so_far(tmp_path, monkeypatch, whole):
         yield lambda done, total, remark="": remarks.append((done, remark))
 
     monkeypatch.setattr("balance.app.cli.discover.progress_bar", bar)
-    monkeypatch.setattr("balance.studies.discovery.results.TALLY_PAUSE", 0.0)
+    monkeypatch.setattr("balance.studies.discovery.search_results.TALLY_PAUSE", 0.0)
     main([*WORDS, "--out", str(tmp_path / "a.db"), "--workers", "0"])
     counts = [int(text.split()[0]) for _, text in remarks]
     assert remarks[0] == (0, "0 families so far") and remarks[-1][0] == STARTS
@@ -111,7 +111,7 @@ def test_the_progress_tells_the_families_so_far(tmp_path, monkeypatch, whole):
 @pytest.mark.slow
 def test_families_are_not_counted_all_the_time(tmp_path, monkeypatch):
     """A count is kept for a while."""
-    monkeypatch.setattr("balance.studies.discovery.results.TALLY_PAUSE", 1e9)
+    monkeypatch.setattr("balance.studies.discovery.search_results.TALLY_PAUSE", 1e9)
     job = DiscoveryJob("slider-crank", 100, 5)
     with ResultsFile.create(tmp_path / "a.db", job) as file:
         tally = FamilyTally(file)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from balance.studies.discovery.job import motion_splits, random_starts
-from balance.studies.discovery.judge import judge_geometries
 from balance.studies.discovery.polish import decide_special
+from balance.studies.discovery.rejections import judge_geometries
 from balance.studies.discovery.structure import LaneGeometry
 from balance.studies.discovery.topologies import topology
 from balance.studies.discovery.walk import generic_nullity

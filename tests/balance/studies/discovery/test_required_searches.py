@@ -16,7 +16,7 @@ from balance.studies.discovery.export import export_member
 from balance.studies.discovery.families import group_members
 from balance.studies.discovery.job import DiscoveryJob
 from balance.studies.discovery.lane_regions import condition_rates, condition_rows
-from balance.studies.discovery.results import examine
+from balance.studies.discovery.search_results import examine
 from balance.studies.discovery.to_linkage import to_linkage
 from balance.studies.discovery.walk import conditions_at
 from tests.independent.reference import decide, load

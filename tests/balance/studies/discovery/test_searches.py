@@ -5,7 +5,7 @@ import pytest
 
 from balance.studies.discovery.confirm import confirm
 from balance.studies.discovery.job import CHUNK_ROWS, DiscoveryJob
-from balance.studies.discovery.results import read_search
+from balance.studies.discovery.search_results import read_search
 from balance.studies.runs.chunk_runs import run_chunks
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.errors import UsageError

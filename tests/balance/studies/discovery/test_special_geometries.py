@@ -5,13 +5,13 @@ import pytest
 
 import balance
 from balance.studies.discovery.job import random_starts
-from balance.studies.discovery.judge import judge_geometries
 from balance.studies.discovery.lane_motion import (
     follow_curves,
     lane_momentum_rows,
     momentum_rates,
 )
 from balance.studies.discovery.polish import decide_special
+from balance.studies.discovery.rejections import judge_geometries
 from balance.studies.discovery.to_linkage import to_linkage
 from balance.studies.discovery.topologies import TOPOLOGIES, topology
 from balance.studies.discovery.walk import generic_nullity

@@ -17,7 +17,7 @@ import pytest
 from balance.studies.runs import file_errors
 from balance.studies.runs.chunk_job import Column
 from balance.studies.runs.export import export_csv, export_parquet
-from balance.studies.runs.program import program
+from balance.studies.runs.program_version import program_version
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.errors import FileError, LinkageError, UsageError
 from tests.support.covering import ALL_CASES
@@ -167,25 +167,25 @@ def test_the_same_job_goes_on_and_no_other_does(tmp_path, monkeypatch):
     assert "of another study or model; give another file" in refused(path, Squares(seed="x"))
     assert "of a squares, not of a cubes" in refused(path, Squares(kind="cubes", seed="x"))
     assert "of another study or model" in refused(path, Squares(rows=1001))
-    monkeypatch.setattr(file_errors, "program", lambda: "999.0 (code x)")
+    monkeypatch.setattr(file_errors, "program_version", lambda: "999.0 (code x)")
     assert "was begun by version" in (text := refused(path, job))
     assert "and this is 999.0 (code x); give another file, or go on" in text
 
 
 def test_the_program_is_its_code(tmp_path, monkeypatch):
     """Any change of any module is another program, and so is a module of another name."""
-    names = {program.__wrapped__()}
+    names = {program_version.__wrapped__()}
     for package in ("kinematics", "balance"):
         (tmp_path / package).mkdir()
         (tmp_path / package / "a.py").write_text("1")
-    monkeypatch.setattr("balance.studies.runs.program.ROOT", tmp_path)
-    names.add(program.__wrapped__())
-    names.add(program.__wrapped__())
+    monkeypatch.setattr("balance.studies.runs.program_version.ROOT", tmp_path)
+    names.add(program_version.__wrapped__())
+    names.add(program_version.__wrapped__())
     assert len(names) == 2
     (tmp_path / "balance" / "a.py").write_text("2")
-    names.add(program.__wrapped__())
+    names.add(program_version.__wrapped__())
     (tmp_path / "balance" / "a.py").rename(tmp_path / "balance" / "b.py")
-    names.add(program.__wrapped__())
+    names.add(program_version.__wrapped__())
     assert len(names) == 4
 
 
@@ -273,7 +273,7 @@ MEMORY = """
 import sys
 from tests.support.squares import Squares
 from balance.studies.runs.export import export_csv, export_parquet
-from balance.studies.runs.program import program
+from balance.studies.runs.program_version import program_version
 from balance.studies.runs.results_file import ResultsFile
 job = Squares(rows=int(sys.argv[1]), chunk_rows=4000)
 with ResultsFile.create("many.db", job) as file:

@@ -11,9 +11,8 @@ import balance
 from balance.app.answers.html.added_matter import filling_points
 from balance.app.answers.html.before_after import harmonic_sizes
 from balance.app.answers.html.counterweights import counterweights_page
-from balance.app.answers.html.partial import partial_page
+from balance.app.answers.html.partial import loads_of, partial_page
 from balance.app.cli.main import main
-from balance.masses.partial.loads_along import loads_of
 from balance.support.change_text import change_text, mass_added_text
 from tests.support.page_elements import Elements
 

@@ -11,7 +11,7 @@ from balance.app.answers.html.walk import walk_page
 from balance.app.answers.text.discovery import families_data, search_data
 from balance.studies.discovery.families import group_members
 from balance.studies.discovery.job import DiscoveryJob
-from balance.studies.discovery.results import SearchResults, examine
+from balance.studies.discovery.search_results import SearchResults, examine
 from balance.studies.discovery.watch import watch_walk
 from tests.support.browser import (
     complaints,

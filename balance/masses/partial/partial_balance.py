@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import isfinite
 from os import PathLike
 from typing import Literal
@@ -13,7 +13,7 @@ from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import bodies_with
 from balance.masses.partial.elastic_frame import ElasticFrame
-from balance.masses.partial.objectives import PartialObjective, objective_in_words
+from balance.masses.partial.shaking_objectives import PartialObjective, objective_in_words
 from balance.masses.partial.shaking_problem import ShakingFigures
 from balance.motion.motion_tolerances import (
     CONDITIONING_NOTICE,
@@ -32,6 +32,8 @@ from kinematics.wording import html_facts, number_text, repr_lines
 
 PARTIAL_SCHEMA = "balance.partial/1"
 
+PartialVerdict = Literal["optimal", "infeasible", "undecided"]
+
 
 @dataclass(frozen=True, eq=False)
 class PartialBalance(WithPage, WithPicture):
@@ -45,10 +47,6 @@ class PartialBalance(WithPage, WithPicture):
             ``"undecided"``.
         words: the verdict in one line.
         given: what the linkage of the file does.
-        shaking: what the linkage with the added matter does; None without a design.
-        bound: no matter within the budget has a smaller objective; proved without the solver.
-        weights: the counterweight of each link that gets matter.
-        z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
         motions: the motions that count.
         point: point of the inertial frame that moments are about (3,), metres.
         weight_moment: newton metres that count as one newton; infinite if moments do not
@@ -56,6 +54,10 @@ class PartialBalance(WithPage, WithPicture):
         frame: the elastic frame, if there is one.
         minimise: the objective; see `partial`.
         regions: where matter may be added, by name of the link.
+        shaking: what the linkage with the added matter does; None without a design.
+        bound: no matter within the budget has a smaller objective; proved without the solver.
+        weights: the counterweight of each link that gets matter.
+        z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
     """
 
     page_maker = "partial:partial_balance_page"
@@ -63,19 +65,19 @@ class PartialBalance(WithPage, WithPicture):
 
     space: DesignSpace
     budget: float
-    verdict: Literal["optimal", "infeasible", "undecided"]
+    verdict: PartialVerdict
     words: str
     given: ShakingFigures
-    shaking: ShakingFigures | None
-    bound: float
-    weights: tuple[Counterweight, ...]
-    z: Array | None
     motions: tuple[Trajectory, ...]
     point: Array
     weight_moment: float
     frame: ElasticFrame | None
-    minimise: PartialObjective = "rms"
-    regions: Mapping[str, Region] = field(default_factory=dict)
+    minimise: PartialObjective
+    regions: Mapping[str, Region]
+    shaking: ShakingFigures | None = None
+    bound: float = 0.0
+    weights: tuple[Counterweight, ...] = ()
+    z: Array | None = None
 
     @property
     def front(self) -> ParetoFront:

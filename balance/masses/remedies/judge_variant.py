@@ -27,7 +27,7 @@ from kinematics.model.document.element import Document
 from kinematics.model.motion import motion_of
 
 
-def judge(
+def judge_variant(
     request: RemedyRequest, variant: Variant, space: DesignSpace | None = None
 ) -> AppliedRemedy:
     """Find the least matter that balances a variant, and verify the linkage with it.

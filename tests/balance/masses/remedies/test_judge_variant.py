@@ -8,7 +8,7 @@ import pytest
 
 import balance
 import kinematics
-from balance.masses.remedies.judge import judge
+from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.request import RemedyRequest, freedoms_of, input_inertia
 from balance.masses.remedies.variant import Variant, append_elements, free_name, names_taken
 from balance.motion.verification.verify_motions import PinocchioModel
@@ -69,7 +69,7 @@ def test_an_arm_with_a_rotor_has_the_least_mass_of_the_textbook():
     gear g. The sum is least at r = ρ √g.
     """
     for gear in (1.0, 4.0, 16.0):
-        found = judge(arm_request(), rotor_on(arm_request(), "base", (0, 0, 0), gear))
+        found = judge_variant(arm_request(), rotor_on(arm_request(), "base", (0, 0, 0), gear))
         assert found.verdict == "feasible", found.reason
         r = min(0.25, 0.2 * gear**0.5)
         own = 0.0833333333333 + 0.25 + 0.5 * r
@@ -86,7 +86,7 @@ def test_an_arm_with_a_rotor_has_the_least_mass_of_the_textbook():
 
 def test_a_rotor_that_turns_with_the_arm_helps_nothing():
     """The proof is the sign: no masses whatever."""
-    found = judge(arm_request(), rotor_on(arm_request(), "base", (0, 0, 0), -1.0))
+    found = judge_variant(arm_request(), rotor_on(arm_request(), "base", (0, 0, 0), -1.0))
     assert found.verdict == "infeasible" and found.reason.startswith("no masses whatever: ")
     assert found.urdf is None and found.added_mass is None
 
@@ -96,9 +96,9 @@ def test_regions_of_the_user_are_not_widened():
     kite = kinematics.load("four_bar_kite")
     request = RemedyRequest(kite)
     base = Variant("own_masses", "", request.base, request.links)
-    assert judge(request, base).verdict == "feasible"
+    assert judge_variant(request, base).verdict == "feasible"
     tight = dict.fromkeys(request.links, "ball(0,0,0,0.1)")
-    found = judge(RemedyRequest(kite, regions=tight), base)
+    found = judge_variant(RemedyRequest(kite, regions=tight), base)
     assert found.verdict == "infeasible" and "no masses whatever" not in found.reason
 
 
@@ -111,7 +111,7 @@ def test_links_between_the_joints_of_a_floating_joint_stay_massless():
     request = RemedyRequest(linkage, balance="force")
     assert linkage.mobility == 3
     base = Variant("own_masses", "", request.base, request.links)
-    assert judge(request, base).verdict == "feasible"
+    assert judge_variant(request, base).verdict == "feasible"
 
 
 @pytest.mark.parametrize("model", ["hprs", "four_bar_general", "three_rrr", "rusr", "delta"])

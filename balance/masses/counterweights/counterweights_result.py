@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from balance.masses.counterweights.added_program import AddedObjective
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.exclusion import Exclusion
 from balance.masses.counterweights.link_regions import ALL
-from balance.masses.counterweights.program import AddedObjective
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.filling_check import FillingCheck
 from balance.masses.counterweights.write_counterweights import counterweights_file
@@ -91,10 +91,14 @@ class Counterweights(WithPage, WithPicture):
         space: the design space; spatial for dynamic balance of a planar linkage.
         verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
         minimise: the objective.
+        regions: where matter may be added, by name of the link.
+        given_mass: mass of the bodies in the file, kg.
+        words: the verdict in one line.
+        price: price of mass besides the objective, m²: what was minimised is the value, and
+            so much for each kilogram that is added.
         value: its value in SI units (see `counterweights`); None without counterweights.
         gap: largest part of the value by which it may exceed the global minimum, proved by
             the dual; None likewise.
-        regions: where matter may be added, by name of the link.
         chosen: links whose region is the default.
         weights: the counterweight of each link to which matter is added.
         z: parameters (bodies, 10) of given and added masses about the inertial origin, SI
@@ -105,10 +109,6 @@ class Counterweights(WithPage, WithPicture):
             `balance.masses.counterweights.exclusion`.
         check: result of its check without the solver.
         relaxations: single changes that would help, the smallest first; empty if feasible.
-        given_mass: mass of the bodies in the file, kg.
-        words: the verdict in one line.
-        price: price of mass besides the objective, m²: what was minimised is the value, and
-            so much for each kilogram that is added.
         density: density that matter nowhere exceeds, kg/m³, by link; None for point masses.
         thickness: that of plates about the plane of the linkage, m; None for other matter.
         proof: functional (parameters,) that proves the gap of matter of limited density; see
@@ -125,19 +125,19 @@ class Counterweights(WithPage, WithPicture):
     space: DesignSpace
     verdict: Verdict
     minimise: AddedObjective
-    value: float | None
-    gap: float | None
     regions: Mapping[str, Region]
-    chosen: tuple[str, ...]
-    weights: tuple[Counterweight, ...]
-    z: Array | None
-    residual: float | None
-    certificate: Array | None
-    check: Exclusion | FillingCheck | None
-    relaxations: tuple[Relaxation, ...]
     given_mass: float
     words: str
-    price: float = 0.0
+    price: float
+    value: float | None = None
+    gap: float | None = None
+    chosen: tuple[str, ...] = ()
+    weights: tuple[Counterweight, ...] = ()
+    z: Array | None = None
+    residual: float | None = None
+    certificate: Array | None = None
+    check: Exclusion | FillingCheck | None = None
+    relaxations: tuple[Relaxation, ...] = ()
     density: Mapping[str, float] | None = None
     thickness: float | None = None
     proof: Array | None = None
@@ -155,6 +155,18 @@ class Counterweights(WithPage, WithPicture):
         facts = ((weight.link, weight.words) for weight in self.weights)
         title = f"Counterweights for {self.space.linkage.name}"
         return html_facts(title, ("verdict", self.words), *facts)
+
+    def undecided(self, words: str, **changes: Any) -> Counterweights:
+        """Return the same request without counterweights.
+
+        Args:
+            words: why, after "undecided".
+            changes: of other fields.
+        """
+        blank = dict(value=None, gap=None, weights=(), z=None, residual=None, proof=None)
+        return replace(
+            self, verdict="undecided", words=f"undecided: {words}", **(blank | changes)
+        )
 
     @property
     def added_mass(self) -> float:

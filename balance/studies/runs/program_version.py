@@ -14,7 +14,7 @@ PACKAGES = ("kinematics", "balance")
 
 
 @cache
-def program() -> str:
+def program_version() -> str:
     """Name the program that runs here: version, and the first digits of the hash of its code.
 
     Results of two programs with one name are the same.

@@ -99,7 +99,7 @@ class Verification(WithPage, WithPicture):
 
     @cached_property
     def scale(self) -> float:
-        """Peak of the sum of the norms of the bodies' own inertia wrenches, newtons."""
+        """Peak of the sum of the norms of the inertia wrenches of the bodies, newtons."""
         return self._largest("inertia")
 
     @property
@@ -154,7 +154,7 @@ class Verification(WithPage, WithPicture):
     def agreement(self) -> float:
         """Largest difference between Pinocchio and our series, in momentum or in its rate.
 
-        It is relative to the peak sum of the norms of the bodies' own parts.
+        It is relative to the peak sum of the norms of the parts of the bodies.
         """
         differences = [0.0]
         for name, size in (("rate", "inertia"), ("momentum", "impulse")):

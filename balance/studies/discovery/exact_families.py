@@ -24,7 +24,7 @@ from balance.studies.discovery.families import Family
 from balance.studies.discovery.quantities import quantities_of
 from balance.studies.discovery.related_dimensions import (
     BRANCHES,
-    Condition,
+    PolynomialCondition,
     RelatedDimensions,
     condition_of,
 )
@@ -132,7 +132,7 @@ def _decided_by_polynomials(problem: Problem, family: Family) -> ExactFamily:
         if each.kind not in ("zero", "straight")  # coordinates that are 0 in the member
     ]
 
-    def have_the_rank(conditions: Sequence[Condition]) -> bool:
+    def have_the_rank(conditions: Sequence[PolynomialCondition]) -> bool:
         related = RelatedDimensions(linkage, conditions)
         for _ in range(BRANCHES if conditions else 1):
             try:

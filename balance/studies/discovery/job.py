@@ -23,7 +23,7 @@ from balance.studies.discovery.buildable_walk import margins, walk_to_buildable
 from balance.studies.discovery.lane_motion import freedoms
 from balance.studies.discovery.polish import move_away, polish
 from balance.studies.discovery.rejections import judge_geometries
-from balance.studies.discovery.search_requirements import with_requirements
+from balance.studies.discovery.search_requirements import required_structure
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology, topology
 from balance.studies.discovery.walk import (
@@ -161,7 +161,7 @@ class DiscoveryJob:
     def structure(self) -> TopologyArrays:
         """The graph as arrays, with what is required."""
         structure = self.topology.structure()
-        return with_requirements(self.topology, structure, self.require, self.gravity)
+        return required_structure(self.topology, structure, self.require, self.gravity)
 
     @property
     def everywhere(self) -> Balance | None:

@@ -42,13 +42,13 @@ def whole_momentum(dim: int, force: bool) -> MomentumRows:
     return MomentumRows(rows, none, none)
 
 
-def force_along(x: float, y: float) -> MomentumRows:
+def force_rows(x: float, y: float) -> MomentumRows:
     """Give the linear momentum along a direction of the frame of the ground, in the plane."""
     line = np.array([[[0.0, 0.0], [x, -y], [y, x]]])
     return MomentumRows(np.zeros((1, 3)), np.zeros((1, 3, 2)), line)
 
 
-def moment_about(x: float, y: float) -> MomentumRows:
+def moment_rows(x: float, y: float) -> MomentumRows:
     """Give the angular momentum about a point of the frame of the ground, in the plane."""
     origin = np.array([[[0.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]])
     line = np.array([[[0.0, 0.0], [y, x], [-x, y]]])
@@ -110,7 +110,7 @@ def _components(
     return rows.fixed + S, rates + np.einsum("rik,lck->lric", rows.by_line, dd)
 
 
-def condition_rows(
+def lane_condition_rows(
     structure: TopologyArrays,
     geometry: LaneGeometry,
     curves: Poses,
@@ -133,7 +133,7 @@ def condition_rows(
     return _padded(structure, np.concatenate(blocks, axis=1))
 
 
-def condition_rates(
+def lane_condition_rates(
     structure: TopologyArrays,
     geometry: LaneGeometry,
     curves: Poses,

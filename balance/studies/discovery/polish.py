@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from balance.studies.discovery.lane_regions import condition_rates
+from balance.studies.discovery.lane_regions import lane_condition_rates
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.walk import (
     LaneConditions,
@@ -172,7 +172,7 @@ def _stacked(
     """Compute J and r, stacked for all masses of the design space."""
     kept = structure.unknowns - nullity
     z = conditions.Vt[:, kept:]
-    D = condition_rates(structure, geometry, conditions.poses, conditions.regions, z)
+    D = lane_condition_rates(structure, geometry, conditions.poses, conditions.regions, z)
     U = conditions.U[:, None, :, :kept]
     J = D - U @ (np.swapaxes(U, -1, -2) @ D)
     r = conditions.values[:, kept:, None] * np.swapaxes(conditions.U[:, :, kept:], 1, 2)

@@ -24,7 +24,7 @@ from kinematics.numerics.linalg.prime_field import (
     root_modulo,
 )
 
-Condition = Callable[[Sequence[Pair], int], int]
+PolynomialCondition = Callable[[Sequence[Pair], int], int]
 
 # Highest degree of a relation in one variable, and draws until all roots exist.
 DEGREE, DRAWS = 8, 200
@@ -36,7 +36,7 @@ def condition_of(
     relation: GeometryRelation,
     quantities: Sequence[InvariantQuantity],
     linkage: PlanarParts,
-) -> Condition:
+) -> PolynomialCondition:
     """Write a relation as a polynomial in dimensions that vanishes.
 
     Args:
@@ -103,7 +103,7 @@ def condition_of(
 class RelatedDimensions(FreeDimensions):
     """Dimensions that fulfil conditions."""
 
-    def __init__(self, linkage: PlanarParts, conditions: Sequence[Condition]) -> None:
+    def __init__(self, linkage: PlanarParts, conditions: Sequence[PolynomialCondition]) -> None:
         """Choose a variable for each condition.
 
         Raises:
@@ -144,7 +144,9 @@ class RelatedDimensions(FreeDimensions):
                 return values
         raise UnclosedError
 
-    def _polynomial(self, f: Condition, values: Sequence[int], v: int, p: int) -> list[int]:
+    def _polynomial(
+        self, f: PolynomialCondition, values: Sequence[int], v: int, p: int
+    ) -> list[int]:
         """Compute the coefficients of a condition in one variable, without leading zeros."""
         changed, points, table = list(values), range(DEGREE + 1), []
         for changed[v] in points:

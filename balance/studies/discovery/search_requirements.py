@@ -18,7 +18,7 @@ import numpy as np
 
 from balance.space.requirements.curves import places_on_surface, read_surface
 from balance.space.requirements.requirement import Requirement, read_requirements
-from balance.studies.discovery.lane_regions import force_along, moment_about, whole_momentum
+from balance.studies.discovery.lane_regions import force_rows, moment_rows, whole_momentum
 from balance.studies.discovery.structure import LaneRegion, MomentumRows, TopologyArrays
 from balance.studies.discovery.topologies import Topology
 from kinematics.errors import MotionError, UsageError
@@ -46,7 +46,7 @@ def canonical_requirements(texts: str | Sequence[str]) -> str:
     return "; ".join(item.text for item in listed)
 
 
-def with_requirements(
+def required_structure(
     topology: Topology, structure: TopologyArrays, require: str, gravity: Sequence[float]
 ) -> TopologyArrays:
     """Give a topology the conditions of requirements.
@@ -237,7 +237,7 @@ def _components(
         return whole_momentum(structure.algebra.dim, item.quantity == "force")
     if item.quantity == "moment":
         about = item.about if isinstance(item.about, tuple) else (0, 0)
-        return moment_about(float(about[0]), float(about[1]))
+        return moment_rows(float(about[0]), float(about[1]))
     if item.quantity == "gravity":
         if not any(gravity[:2]):
             raise _refusal(
@@ -245,6 +245,6 @@ def _components(
                 "gravity is along the normal of the plane: give its direction in the frame of "
                 "the ground, such as --gravity 0,-1,0",
             )
-        return force_along(gravity[0], gravity[1])
-    rows = [force_along(*AXES[axis]) for axis in item.axes if axis in AXES]
+        return force_rows(gravity[0], gravity[1])
+    rows = [force_rows(*AXES[axis]) for axis in item.axes if axis in AXES]
     return MomentumRows(*(np.concatenate(parts) for parts in zip(*rows, strict=True)))

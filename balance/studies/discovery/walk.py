@@ -22,8 +22,8 @@ import numpy as np
 
 from balance.studies.discovery.lane_motion import Poses, follow_curves
 from balance.studies.discovery.lane_regions import (
-    condition_rates,
-    condition_rows,
+    lane_condition_rates,
+    lane_condition_rows,
     poses_of_regions,
 )
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
@@ -95,7 +95,7 @@ def conditions_at(
     regions = poses_of_regions(structure, geometry, curves, reach, count)
     usable = np.all([part.residual <= CLOSED for part in (curves, *regions)], axis=0)
     crossed = np.any([part.crossed for part in (curves, *regions)], axis=0)
-    M = condition_rows(structure, geometry, curves, regions)
+    M = lane_condition_rows(structure, geometry, curves, regions)
     M[~usable] = 0.0
     U, values, Vt = _decompose(M, usable)
     return LaneConditions(replace(curves, crossed=crossed), U, values, Vt, usable, regions)
@@ -184,7 +184,9 @@ class SmallestValue:
         conditions, kept = take_conditions(self.conditions, lanes), self.kept
         here = self.geometry.take(lanes)
         z = conditions.Vt[:, kept : kept + 1]
-        D = condition_rates(self.structure, here, conditions.poses, conditions.regions, z)[:, 0]
+        D = lane_condition_rates(self.structure, here, conditions.poses, conditions.regions, z)[
+            :, 0
+        ]
         return step_terms(
             D,
             conditions.U[:, :, :kept],

@@ -15,7 +15,7 @@ from balance.app.cli.main import main
 from balance.studies.discovery.export import export_member
 from balance.studies.discovery.families import group_members
 from balance.studies.discovery.job import DiscoveryJob
-from balance.studies.discovery.lane_regions import condition_rates, condition_rows
+from balance.studies.discovery.lane_regions import lane_condition_rates, lane_condition_rows
 from balance.studies.discovery.search_results import examine
 from balance.studies.discovery.to_linkage import to_linkage
 from balance.studies.discovery.walk import conditions_at
@@ -166,7 +166,7 @@ def test_derivatives_of_conditions(name, text):
 
     def left(geometry):
         here = conditions_at(structure, geometry, 0.3, 2)
-        rows = condition_rows(structure, geometry, here.poses, here.regions)
+        rows = lane_condition_rows(structure, geometry, here.poses, here.regions)
         return np.einsum("lrx,lsx->lsr", rows, z)
 
     slopes = [
@@ -174,7 +174,7 @@ def test_derivatives_of_conditions(name, text):
         for x in (np.tile(row, (lanes, 1)) for row in step * np.eye(count))
     ]
     here = conditions_at(structure, geometry, 0.3, 2)
-    rates = condition_rates(structure, geometry, here.poses, here.regions, z)
+    rates = lane_condition_rates(structure, geometry, here.poses, here.regions, z)
     assert np.abs(np.stack(slopes, axis=-1) - rates).max() < 1e-7 * np.abs(rates).max()
 
 

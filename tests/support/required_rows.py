@@ -50,7 +50,24 @@ def selected(mechanism, q, rates, select):
     return (select @ X.reshape(rates.shape[1], 6, -1)).reshape(-1, X.shape[1])
 
 
-def poses_of(mechanism, region, rng):
+def region_of(text, names):
+    """Quantity and region of the second route."""
+    for word in (" along ", " up to ", " at "):
+        quantity, found, rest = text.partition(word)
+        if not found:
+            continue
+        if word == " at ":
+            return quantity, f"at {rest}"
+        if word == " along ":
+            curved = "**" in rest
+            return quantity, f"curve {rest}" if curved else f"along {rest}"
+        order, _, pose = rest.removeprefix("order ").partition(" about ")
+        values = dict(pair.split("=") for pair in pose.split(",")) if pose else {}
+        return quantity, " ".join(["order", order, *(values.get(x, "0") for x in names)])
+    return text, "along "
+
+
+def poses_of(mechanism, region, rng, reach=REACH):
     """Poses of a region, and the rates of the inputs there, as pairs."""
     count = len(mechanism.inputs)
     names = [mechanism.joints[i] for i in mechanism.inputs]
@@ -63,7 +80,7 @@ def poses_of(mechanism, region, rng):
         name, body = text.split("=")
         free = [other for other in names if other != name]
         for _ in range(POSES):
-            y, h = rng.uniform(-REACH, REACH, len(free)), 1e-30
+            y, h = rng.uniform(-reach, reach, len(free)), 1e-30
 
             def inputs(y, free=free, name=name, body=body):
                 values = dict(zip(free, y, strict=True))
@@ -75,7 +92,7 @@ def poses_of(mechanism, region, rng):
         return
     basis = motion_basis(mechanism, text.split(",") if text else ())
     for _ in range(POSES):
-        yield basis @ rng.uniform(-REACH, REACH, basis.shape[1]), basis
+        yield basis @ rng.uniform(-reach, reach, basis.shape[1]), basis
 
 
 def about(mechanism, order, goal, select, rng):
@@ -103,7 +120,7 @@ def _in_the_plane(width):
     return momenta + [6 * width + parameter for parameter in (0, 1, 2, 6)]
 
 
-def rows_of(mechanism, quantity, region, spatial, gravity, seed):
+def rows_of(mechanism, quantity, region, spatial, gravity, seed, reach=REACH):
     """Conditions of a requirement (rows, 10 bodies), blocks of size 1."""
     rng, blocks = np.random.default_rng(seed), []
     if region.startswith("order"):
@@ -113,7 +130,7 @@ def rows_of(mechanism, quantity, region, spatial, gravity, seed):
         blocks = list(about(mechanism, int(order), goal, select, rng))
     else:
         start = np.zeros(len(mechanism.joints))
-        for goal, basis in poses_of(mechanism, region, rng):
+        for goal, basis in poses_of(mechanism, region, rng, reach):
             q = follow(mechanism, start, goal)
             rates = velocities(mechanism, q, basis)
             if quantity == "decoupled":

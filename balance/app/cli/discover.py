@@ -11,9 +11,15 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, Verbs, add_json_option
 from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED, verdict_code
-from balance.app.cli.number_arguments import MAX_WORKERS, positive_number, whole_number
+from balance.app.cli.number_arguments import (
+    MAX_WORKERS,
+    point,
+    positive_number,
+    whole_number,
+)
 from balance.app.cli.outputs import add_page_option
 from balance.app.cli.progress import progress_bar
+from balance.support.options import GRAVITY
 from kinematics.errors import WorkerError
 
 if TYPE_CHECKING:
@@ -117,32 +123,47 @@ def _add_run(kinds: Verbs) -> None:
 
 
 def _add_require(parser: argparse.ArgumentParser) -> None:
-    """Add the option that says what is balanced."""
+    """Add the options that say what is balanced."""
     parser.add_argument(
         "--require",
-        type=_everywhere,
-        default="dynamic",
+        action="append",
+        type=_requirements,
+        default=[],
         metavar="TEXT",
-        help="what is balanced, everywhere: dynamic (default) or force",
+        help="what is balanced, with letters of joints as inputs: 'force; dynamic at A=0.3', "
+        "'dynamic along B=-A', 'force x' (default: dynamic, everywhere); repeatable",
+    )
+    parser.add_argument(
+        "--gravity",
+        type=point,
+        default=GRAVITY,
+        metavar="X,Y,Z",
+        help="for --require gravity: its direction, with x along the ground from its first "
+        "joint to the next",
     )
 
 
-def _everywhere(text: str) -> str:
-    """Parse requirements of a search: force or dynamic balance, in every pose."""
-    from balance.space.requirements.requirement import read_requirements
+def _requirements(text: str) -> str:
+    """Parse requirements."""
+    from balance.studies.discovery.search_requirements import canonical_requirements
     from kinematics.errors import UsageError
 
     try:
-        listed = read_requirements(text)
+        return canonical_requirements(text)
     except UsageError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
-    for item in listed:
-        if item.quantity not in ("dynamic", "force") or not item.whole or any(item.region):
-            raise argparse.ArgumentTypeError(
-                f"no search asks for '{item.text}': geometries of a topology share no frame "
-                "and no pose; write 'dynamic' or 'force'"
-            )
-    return "dynamic" if any(item.quantity == "dynamic" for item in listed) else "force"
+
+
+def _required(arguments: argparse.Namespace) -> tuple[str, tuple[float, float, float]]:
+    """Join the requirements of the options; and gravity, where one is about it."""
+    from balance.studies.discovery.search_requirements import canonical_requirements
+
+    text = canonical_requirements(arguments.require or "dynamic")
+    if "gravity" in text:
+        return text, arguments.gravity
+    if arguments.gravity != GRAVITY:
+        arguments.refuse("--gravity needs --require gravity")
+    return text, GRAVITY
 
 
 def _compute(arguments: argparse.Namespace) -> Answer:
@@ -203,7 +224,7 @@ def _job(arguments: argparse.Namespace) -> tuple[DiscoveryJob, str]:
         graph, geometry = from_linkage(linkage)
         name, origin = linkage.name, text_of_geometry(geometry)
     some = arguments.starts, arguments.seed, arguments.buildable
-    return DiscoveryJob(graph.name, *some, origin, arguments.require), name
+    return DiscoveryJob(graph.name, *some, origin, *_required(arguments)), name
 
 
 def _walk_all(arguments: argparse.Namespace, job: DiscoveryJob, file: ResultsFile) -> str:
@@ -333,7 +354,7 @@ def _export(arguments: argparse.Namespace) -> Answer:
     member = export_member(search.job, search.families[arguments.family - 1])
     data = member_data(arguments.family, arguments.out, member)
     code = verdict_code(member.design.verdict)
-    if member.verification is not None and not member.verification.balanced:
+    if member.balanced is False:
         code = UNDECIDED
     return Answer(
         code,
@@ -396,7 +417,7 @@ def _walk(arguments: argparse.Namespace) -> Answer:
     graph, start = topology(arguments.topology), arguments.start
     count = STARTS_TRIED if start is None else start + 1
     some = count, arguments.seed, arguments.buildable
-    job = DiscoveryJob(graph.name, *some, require=arguments.require)
+    job = DiscoveryJob(graph.name, *some, "", *_required(arguments))
     if start is None:
         start = first_special_start(job)
     if start < 0:

@@ -158,7 +158,10 @@ def _attach(linkage: Linkage, spring: SpringText) -> AttachedSpring:
     if (low or high) and any(len(end.axes) for end in ends):
         raise UsageError(
             f"{linkage.source}: spring '{spring.text}': a spring with a free length has one "
-            f"point at each end, such as {first.link}@0,0,0.1 {second.link}@0.2,0,0"
+            f"point at each end, such as {first.link}@0,0,0.1 {second.link}@0.2,0,0: its "
+            "energy has the root of a distance, which in every pose only a spring between the "
+            "same points takes up; to find points leave the free length out, as a string over "
+            "a pulley does, or a pair with k1 L1 + k2 L2 = 0"
         )
     unit = input_chain(linkage).frame.length
     return AttachedSpring(asked, (ends[0], ends[1]), (low / unit, high / unit))

@@ -33,7 +33,13 @@ MAX_DRAWS = 4000
 
 
 class ConditionSource:
-    """Conditions of a linkage at any dimensions, modulo any prime."""
+    """Conditions of a linkage at any dimensions, modulo any prime.
+
+    Attributes:
+        index: the functions of its pose.
+        alike: which directions turn alike, as `ModularMotion.turns_alike` says, in the motions
+            that count; None for all motions.
+    """
 
     def __init__(
         self, linkage: PlanarParts, first: int, steps: Sequence[Step], force: bool
@@ -41,6 +47,7 @@ class ConditionSource:
         """Keep the linkage and an order of its assembly."""
         self.linkage, self.first, self.steps, self.force = linkage, first, steps, force
         self.index = index_functions(linkage)
+        self.alike: list[int] | None = None
 
     @property
     def width(self) -> int:
@@ -72,6 +79,8 @@ class ConditionSource:
                 start = function_values(self.index, pose, p)
                 motion = ModularMotion(self.index, linear.loops, start, p, self._related(p))
             except (UnclosedError, ValueError, KeyError):
+                continue
+            if self.alike is not None and motion.turns_alike() != self.alike:
                 continue
             if len(motion.columns) == self.linkage.freedoms:
                 return motion, list(linear.origins)

@@ -57,6 +57,14 @@ class ModularMotion:
         self.rows, self.dependent, self.inverse = invert_modulo(A, self.size, p)
         self.columns = [v for v in range(self.size) if v not in self.dependent]
 
+    def turns_alike(self) -> list[int]:
+        """Give each direction the first that turns as fast in all motions; 0 is the ground."""
+        A = self._rows([list(self.start)])[0] + self._related_rows()
+        rates = [self._next_rates([[A[r] for r in self.rows]], [], c) for c in self.columns]
+        kinds = [[0] * len(rates)]
+        kinds += [[V[v] for V in rates] for v in range(self.index.turning)]
+        return [kinds.index(kind) for kind in kinds]
+
     def _derivative(self, i: int, F: Sequence[Sequence[Pair]]) -> list[tuple[int, list[Pair]]]:
         """List what multiplies which rate in Ḟ_i, as series; F are values by order."""
         p, index = self.p, self.index

@@ -5,7 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import islice
 
+import numpy as np
+
+from balance.space.conditions.order_kernels import generic_directions
 from balance.space.formulas.assembly_order import assembly_order
 from balance.space.formulas.geometry_samples import ConditionSamples, GeometrySamples
 from balance.space.formulas.modular_conditions import ConditionSource
@@ -26,7 +30,13 @@ from balance.space.formulas.spatial_dimensions import (
 from balance.space.formulas.spatial_parts import SpatialParts, spatial_parts
 from balance.space.formulas.spatial_samples import SpatialSamples
 from balance.space.spaces.design_space import DesignSpace
+from kinematics.closure.continuation import continue_in_directions
+from kinematics.closure.newton import expand_at
 from kinematics.errors import ExactError
+from kinematics.model.chain import rigid_parts
+
+# Poses of the file at which links are compared, and rates that are alike for unit rates.
+TURN_POSES, TURNS_ALIKE = 8, 1e-9
 
 Parts = PlanarParts | SpatialParts
 Dimensions = FreeDimensions | SpatialDimensions
@@ -69,6 +79,10 @@ class Problem(ABC):
             UnclosedError: their conditions have another rank than those of the linkage.
         """
 
+    def choose_motion(self) -> bool:
+        """Count only motions in which links turn alike as in the file; tell whether it can."""
+        return False
+
     def given(self) -> list[DimensionRelation]:
         """Find relations without which the linkage does not move."""
         return []
@@ -91,6 +105,29 @@ class PlanarProblem(Problem):
                 f"{space.source}: its links cannot be placed two at a time: formulas need dyads"
             )
         self.source = ConditionSource(self.parts, *order, force)
+        self._chain = space.chain
+
+    def choose_motion(self) -> bool:
+        """Find by finite poses of the file which directions turn alike.
+
+        A parallelogram and an antiparallelogram have the same dimensions: in one of them the
+        coupler turns as the ground does.
+        """
+        chain, of_part = self._chain, self.source.index.of_part
+        part_of = rigid_parts(len(chain.parent), chain.ends).tolist()
+        ray = generic_directions(0, 1, chain.width)
+        poses = islice(continue_in_directions(chain, ray), TURN_POSES)
+        rates = np.array([expand_at(*each).T[0, 0][..., 0] for each in poses])
+        if not len(rates):
+            return False
+        kinds = [np.zeros_like(rates[:, 0])] * (self.source.index.turning + 1)
+        for link, part in enumerate(part_of[: len(chain.parent)]):
+            kinds[of_part[part]] = rates[:, link]
+        self.source.alike = [
+            next(k for k, kind in enumerate(kinds) if np.abs(kind - each).max() < TURNS_ALIKE)
+            for each in kinds
+        ]
+        return True
 
     def parse(self, texts: Sequence[str]) -> list[DimensionRelation]:
         """Parse the relations of ``--where``."""

@@ -26,7 +26,7 @@ import numpy as np
 
 from balance.masses.designs.pseudo_inertia_cone import Cone
 from balance.space.inertial_parameters.conversions import pseudo_inertia
-from balance.studies.discovery.lane_motion import momentum_rates
+from balance.studies.discovery.lane_regions import lane_condition_rates
 from balance.studies.discovery.polish import Ends, far_conditions
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.walk import (
@@ -112,7 +112,8 @@ class BuildableResidual:
             U, values, _ = np.linalg.svd(self._rows[lane] @ best.free, full_matrices=False)
             rank = int(np.sum(values > CHANGES_NOTHING))
             Q[k, :, :rank] = U[:, :rank]
-        D = momentum_rates(self.structure, self.geometry.take(lanes), conditions.poses, z)[:, 0]
+        here, poses = self.geometry.take(lanes), conditions.poses
+        D = lane_condition_rates(self.structure, here, poses, conditions.regions, z)[:, 0]
         r = conditions.U @ (self._rows[lanes] @ z[:, 0, :, None])
         return step_terms(D / largest[:, None, None], conditions.U @ Q, r[..., 0])
 

@@ -20,10 +20,8 @@ import numpy as np
 from balance.masses.designs.best_design import Design, design
 from balance.masses.designs.feasibility import feasible
 from balance.masses.designs.write_urdf import replace_inertials
-from balance.motion.verification.verification import Verification
 from balance.motion.verification.verify_motions import verify
 from balance.space.certification.certify_space import certify
-from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.studies.discovery.confirm import random_members
 from balance.studies.discovery.families import Family, relations_of
@@ -67,14 +65,14 @@ class ExportedMember:
         rational: whether its coordinates are rational, so that exact arithmetic applies.
         space: its design space, certified if it is rational.
         design: masses that balance it, or the reason why there are none.
-        verification: of the file as written; None if it carries no masses.
+        balanced: whether the file as written is balanced; None if it carries no masses.
     """
 
     urdf: bytes
     rational: bool
     space: DesignSpace
     design: Design
-    verification: Verification | None
+    balanced: bool | None
 
 
 def export_member(job: DiscoveryJob, family: Family) -> ExportedMember:
@@ -108,7 +106,7 @@ def _judge(
     try:
         built = to_linkage(job.topology, job.structure, geometry)
         linkage = _read(built.to_urdf().encode())
-        space = design_space(linkage, balance=job.require)
+        space = job.space(linkage)
         if space.nullity + job.structure.uncounted != family.nullity:
             return None, ""
         return linkage, str(feasible(space).verdict)
@@ -133,6 +131,8 @@ def _candidates(
     for geometry in chosen:
         held, independent = relations_of(job.topology, job.structure, geometry)[0]
         relations = [*independent, *(r for r in held if r not in independent)]
+        if job.structure.frame:
+            continue  # turned into its frame, a rational member would not stay rational
         rationals = _rational_members(job.structure, family, geometry, [relations])
         for _, member in zip(range(ROUNDED), rationals, strict=False):
             points = member.geometry.points / member.scale
@@ -146,7 +146,7 @@ def _read(urdf: bytes) -> Linkage:
 
 def _with_masses(job: DiscoveryJob, linkage: Linkage, rational: bool) -> ExportedMember:
     """Design masses for a member, write them, and verify what was written."""
-    space = design_space(linkage, balance=job.require)
+    space = job.space(linkage)
     if rational:
         space = certify(space)
     mass_design = design(space)
@@ -154,8 +154,14 @@ def _with_masses(job: DiscoveryJob, linkage: Linkage, rational: bool) -> Exporte
         return ExportedMember(linkage.to_urdf().encode(), rational, space, mass_design, None)
     inertials = {body.name: body.urdf for body in mass_design.bodies if body.urdf}
     urdf = replace_inertials(linkage, inertials)
-    checked = verify(_read(urdf), balance=job.require, trajectories=TRAJECTORIES)
-    return ExportedMember(urdf, rational, space, mass_design, checked)
+    return ExportedMember(urdf, rational, space, mass_design, _is_balanced(job, _read(urdf)))
+
+
+def _is_balanced(job: DiscoveryJob, written: Linkage) -> bool:
+    """Decide whether the masses of a file do as required: along motions, or by its space."""
+    if job.everywhere is not None:
+        return bool(verify(written, balance=job.everywhere, trajectories=TRAJECTORIES).balanced)
+    return job.space(written).as_given.balanced is True
 
 
 class _RationalMember(NamedTuple):

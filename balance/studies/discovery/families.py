@@ -133,7 +133,9 @@ def group_members(
             each.
     """
     quantities, groups = quantities_of(topology), defaultdict(list)
-    images = _images(topology, quantities)
+    # Requirements that name joints or directions tell mirror images from each other.
+    named = bool(structure.regions or structure.inputs)
+    images = [list(range(len(quantities)))] if named else _images(topology, quantities)
     for start, geometry, nullity, codimension, margin in ends:
         held, chosen = relations_of(topology, structure, geometry)[0]
         key = (nullity, codimension, _canonical(held, chosen, images))

@@ -10,16 +10,20 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from balance.space.requirements.require import require as require_all
+from balance.space.spaces.compute_space import design_space
+from balance.space.spaces.design_space import DesignSpace
 from balance.studies.discovery.buildable_walk import margins, walk_to_buildable
 from balance.studies.discovery.lane_motion import freedoms
 from balance.studies.discovery.polish import move_away, polish
 from balance.studies.discovery.rejections import judge_geometries
+from balance.studies.discovery.search_requirements import required_structure
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology, topology
 from balance.studies.discovery.walk import (
@@ -30,8 +34,9 @@ from balance.studies.discovery.walk import (
     walk_to_special,
 )
 from balance.studies.runs.chunk_job import Column, chunk_size
-from balance.support.options import Balance
+from balance.support.options import GRAVITY, Balance
 from kinematics.errors import UsageError
+from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.version import __version__
 
@@ -73,7 +78,9 @@ class DiscoveryJob:
         buildable: whether to walk to geometries that masses balance which can be built.
         origin: a geometry as text, see `text_of_geometry`; walks start from it and near it.
             By default they start anywhere.
-        require: what is balanced, ``"dynamic"`` or ``"force"``, everywhere.
+        require: what is balanced, as for `balance.require`, with the letters of joints as
+            inputs; see `balance.studies.discovery.search_requirements`.
+        gravity: direction of gravity in the frame of the ground (3,).
     """
 
     name: str
@@ -81,7 +88,8 @@ class DiscoveryJob:
     seed: int = 1
     buildable: bool = False
     origin: str = ""
-    require: Balance = "dynamic"
+    require: str = "dynamic"
+    gravity: tuple[float, float, float] = GRAVITY
 
     kind = "discovery"
     columns = COLUMNS
@@ -105,16 +113,14 @@ class DiscoveryJob:
             type(data.get(name)) is not kind for name, kind in DESCRIPTION.items()
         ):
             raise UsageError("the file holds no search for special geometries")
-        given = data.get("require", "dynamic")
-        if given not in ("dynamic", "force"):
-            raise UsageError("the file holds a search for what is none of force and dynamic")
         job = cls(
             data["topology"],
             data["starts"],
             data["seed"],
             data["buildable"],
             data["origin"],
-            given,
+            str(data.get("require", "dynamic")),
+            _gravity(data.get("gravity", list(GRAVITY))),
         )
         if job.starts < 1 or not 0 <= job.seed <= MOST_SEED:
             raise UsageError("the file holds a search without walks or without a seed")
@@ -134,7 +140,11 @@ class DiscoveryJob:
         data = {"topology": self.name, "starts": self.starts, "seed": self.seed}
         more = {"buildable": self.buildable, "origin": self.origin, "method": METHOD}
         # Files of searches for dynamic balance do not name it.
-        named = {} if self.require == "dynamic" else {"require": self.require}
+        named: dict[str, object] = {}
+        if self.require != "dynamic":
+            named["require"] = self.require
+        if tuple(self.gravity) != tuple(GRAVITY):
+            named["gravity"] = list(self.gravity)
         return json.dumps({**data, **more, **named})
 
     @property
@@ -149,8 +159,29 @@ class DiscoveryJob:
 
     @cached_property
     def structure(self) -> TopologyArrays:
-        """The graph as arrays."""
-        return replace(self.topology.structure(), force=self.require == "force")
+        """The graph as arrays, with what is required."""
+        structure = self.topology.structure()
+        return required_structure(self.topology, structure, self.require, self.gravity)
+
+    @property
+    def everywhere(self) -> Balance | None:
+        """The balance that is asked for in all poses; None where it is another requirement."""
+        if self.require == "force":
+            return "force"
+        return "dynamic" if self.require == "dynamic" else None
+
+    def space(self, linkage: Linkage) -> DesignSpace:
+        """Compute the design space of a linkage of this topology, for what is required.
+
+        Args:
+            linkage: from `balance.studies.discovery.to_linkage.to_linkage`.
+
+        Raises:
+            LinkageError: it cannot be computed.
+        """
+        if self.everywhere is not None:
+            return design_space(linkage, balance=self.everywhere)
+        return require_all(linkage, self.require, gravity=self.gravity)
 
     @cached_property
     def generic(self) -> int:
@@ -216,6 +247,19 @@ class DiscoveryJob:
         if self.buildable:
             return walk_to_buildable(self.structure, start, reach=reach, watch=watch)
         return walk_to_special(self.structure, start, self.generic, reach=reach, watch=watch)
+
+
+def _gravity(given: object) -> tuple[float, float, float]:
+    """Read gravity from a description.
+
+    Raises:
+        UsageError: it is none.
+    """
+    listed = given if isinstance(given, list) else []
+    values = [float(x) for x in listed if isinstance(x, int | float) and abs(x) < MOST_SEED]
+    if len(values) != 3:
+        raise UsageError("the file holds a search without a direction of gravity")
+    return values[0], values[1], values[2]
 
 
 class _Rows:

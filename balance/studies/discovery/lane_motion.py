@@ -15,7 +15,8 @@ by the spatial twist ``(1 - Ad(E_j)) τ_j``, and while ``c q`` is kept the close
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import ceil
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from kinematics.numerics.array_types import Array, Flags, IntArray
 NEWTON_STEPS = 3
 # The determinant of S over its largest one, below which a pose is near a meeting of motions.
 NEAR_NODE = 0.03
+# Longest step of an input on the way to a given pose, radians.
+PLACE_STEP = 0.05
 # Newton steps of least norm, and singular values of the loops that count as zero.
 CLOSING_STEPS, SMALL = 12, 1e-7
 
@@ -188,6 +191,41 @@ def follow_curves(
         np.concatenate([c for _, c in poses], axis=1),
         len(rays),
     )
+
+
+def reach_places(
+    structure: TopologyArrays, geometry: LaneGeometry, inputs: tuple[int, ...], places: Array
+) -> Poses:
+    """Turn some joints from the reference pose by given angles, and close the loops there.
+
+    Args:
+        inputs: as many joints as there are freedoms; their rates are the columns of C.
+        places: displacements of the inputs at each pose (poses, inputs).
+
+    Returns:
+        The poses. A lane is lost where an input meets a dead point on the way.
+    """
+    screws = structure.screws(geometry)
+    lanes, n = screws.shape[:2]
+    shape = (lanes, len(places), len(inputs), n)
+    frames = np.broadcast_to(np.eye(n)[list(inputs)], shape).copy()
+    q = np.zeros((lanes, len(places), n))
+    steps = max(1, ceil(float(np.abs(places).max(initial=0.0)) / PLACE_STEP))
+
+    def side(S: Array) -> Array:
+        return np.sign(np.linalg.det(np.nan_to_num(S)))
+
+    start = side(_constraints(structure, _displace(structure, screws, q)[2], frames))
+    with np.errstate(all="ignore"):
+        for _ in range(steps):
+            carried = _displace(structure, screws, q)[2]
+            C = _rates(structure, _constraints(structure, carried, frames))
+            move = np.einsum("lpjw,pw->lpj", C, places / steps)
+            q = _close(structure, screws, q + move, frames)
+        poses = _poses(structure, screws, q, frames, len(places))
+    same = np.all(side(poses.S) == start, axis=1)
+    residual = np.where(same, poses.residual, np.inf)
+    return replace(poses, residual=residual, crossed=np.zeros(lanes, bool))
 
 
 def _poses(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from balance.studies.discovery.lane_motion import momentum_rates
+from balance.studies.discovery.lane_regions import lane_condition_rates
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.walk import (
     LaneConditions,
@@ -115,7 +115,7 @@ def move_away(
     """Take a pose away from the first one as the reference pose of ends of walks.
 
     A walk that goes on from there does not arrive again if it has only come near a meeting of
-    motions at its own pose.
+    motions at its own pose. Where requirements name that pose, it stays.
 
     Args:
         geometry: ends of walks that have arrived, one at least.
@@ -124,6 +124,8 @@ def move_away(
         The geometries that can be moved, and the numbers of their lanes.
     """
     conditions = far_conditions(structure, geometry)
+    if structure.pinned:
+        return geometry.take(conditions.usable), np.flatnonzero(conditions.usable)
     curves = conditions.poses.q.shape[1] // _far_poses(structure)
     pose = np.full(len(geometry.points), curves * (_far_poses(structure) // 2))
     moved = _geometry_at(structure, geometry, conditions, pose)
@@ -170,7 +172,7 @@ def _stacked(
     """Compute J and r, stacked for all masses of the design space."""
     kept = structure.unknowns - nullity
     z = conditions.Vt[:, kept:]
-    D = momentum_rates(structure, geometry, conditions.poses, z)
+    D = lane_condition_rates(structure, geometry, conditions.poses, conditions.regions, z)
     U = conditions.U[:, None, :, :kept]
     J = D - U @ (np.swapaxes(U, -1, -2) @ D)
     r = conditions.values[:, kept:, None] * np.swapaxes(conditions.U[:, :, kept:], 1, 2)
@@ -293,12 +295,15 @@ def _codimensions(
             settled[lanes] = np.abs(_pseudo_step(J, r)).max(axis=1) <= SETTLED
     # Place, size and pose are no equations: more is what round-off leaves.
     same = 4 if structure.planar else 3 if structure.spherical else 7
-    sure &= counts <= len(structure.shifts) - same - structure.width
+    unpinned = 0 if structure.pinned else structure.width
+    sure &= counts <= len(structure.shifts) - same - unpinned
     return counts, sure, settled | ~conditions.usable
 
 
 def _away(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:
-    """Take the pose with the largest determinant of S as the reference pose."""
+    """Take the pose with the largest determinant of S as the reference pose, if any may be."""
+    if structure.pinned:
+        return geometry
     conditions = far_conditions(structure, geometry)
     regular = np.abs(np.linalg.det(np.nan_to_num(conditions.poses.S)))
     moved = _geometry_at(structure, geometry, conditions, np.argmax(regular, axis=1))
@@ -314,7 +319,13 @@ def _agrees(
     conditions: LaneConditions,
     nullity: IntArray,
 ) -> Flags:
-    """Decide whether the nullity is the same from a pose on one of the first two curves."""
+    """Decide whether the nullity is the same from a pose on one of the first two curves.
+
+    Where the reference pose must stay, it is to be the same on half the way.
+    """
+    if structure.pinned:
+        other = conditions_at(structure, geometry, 0.5 * FAR, _far_poses(structure))
+        return other.usable & (_count_dropped(other.values, EXACT) == nullity)
     agrees = np.zeros(len(nullity), bool)
     curves = conditions.poses.q.shape[1] // _far_poses(structure)
     for curve in range(2):

@@ -65,7 +65,7 @@ def judge_geometries(
             out.append("short link")
         elif _coincide(topology, structure, geometry, conditions, lane):
             out.append("joints coincide")
-        elif _idle(conditions, lane):
+        elif _idle(structure, conditions, lane):
             out.append("idle joint")
         else:
             out.append(
@@ -119,10 +119,14 @@ def _coincide(
     return False
 
 
-def _idle(conditions: LaneConditions, lane: int) -> bool:
-    """Whether a joint does not move in any pose."""
+def _idle(structure: TopologyArrays, conditions: LaneConditions, lane: int) -> bool:
+    """Whether a joint does not move in any pose, or no input in those of a requirement."""
     rates = np.abs(conditions.poses.C[lane]).max(axis=(0, 2))
-    return bool(rates.min() <= IDLE * rates.max())
+    if rates.min() <= IDLE * rates.max():
+        return True
+    inputs = list(structure.inputs)
+    others = [np.abs(poses.C[lane]).max(axis=(0, 2)) for poses in conditions.regions]
+    return bool(inputs) and any(x[inputs].max() <= IDLE * x.max() for x in others)
 
 
 def _still(
@@ -142,7 +146,12 @@ def _still(
     still[[link - 1 for link in topology.sliding_links]] = False
     nullity = int(np.sum(conditions.values[lane] <= 1e-12 * conditions.values[lane, 0]))
     serial = len(topology.edges) + len(topology.sliding_links)
-    if topology.space == "plane" and still.any() and nullity - serial <= still.sum():
+    if (
+        topology.space == "plane"
+        and not structure.regions
+        and still.any()
+        and nullity - serial <= still.sum()
+    ):
         return "link does not turn"
     return ""
 
@@ -170,12 +179,13 @@ def explained(
     """Tell whether transfers at joints, and parts, explain the whole design space.
 
     The masses in question must be on the links of one loop of four links that would be special
-    by itself, or on those of a part with the ground that moves by itself.
+    by itself, or on those of a part with the ground that moves by itself. That is known for
+    dynamic balance and force balance in one motion, and of no other requirements.
 
     Returns:
         ``"explained by one loop"``, ``"explained by a part"`` or nothing.
     """
-    if topology.space != "plane" or len(structure.ends) < 2:
+    if topology.space != "plane" or len(structure.ends) < 2 or structure.regions:
         return ""
     points = site_geometry(structure, geometry).points[lane]
     rank = int(np.sum(conditions.values[lane] > 1e-12 * conditions.values[lane, 0]))

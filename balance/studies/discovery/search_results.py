@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.masses.designs.feasibility import feasible
-from balance.space.spaces.compute_space import design_space
 from balance.studies.discovery.confirm import FamilyConfirmation, confirm
 from balance.studies.discovery.exact_families import ExactFamily, decide_exactly
 from balance.studies.discovery.families import Family, group_members
@@ -161,7 +160,7 @@ def examine(
     for number in range(min(tried, confirmation.members)):
         try:
             linkage = to_linkage(job.topology, job.structure, confirmation.geometry, number)
-            space = design_space(linkage, balance=job.require)
+            space = job.space(linkage)
             verdict = str(feasible(space).verdict)
             serial = max(serial, space.serial_nullity)
         except LinkageError:
@@ -171,7 +170,7 @@ def examine(
             buildable = number
     shown = _shown(family, confirmation, buildable)
     motion = motion_range(job.topology, job.structure, shown)
-    exact = decide_exactly(job.structure, family)
+    exact = decide_exactly(job.structure, family, job.everywhere)
     return ExaminedFamily(
         family, confirmation, serial, dict(verdicts), buildable, motion, exact
     )

@@ -7,7 +7,7 @@ those of `kinematics.model.spatial.screws`. Functions broadcast over leading dim
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -38,6 +38,40 @@ class LaneGeometry(NamedTuple):
         self.points[lanes], self.axes[lanes] = other
 
 
+class MomentumRows(NamedTuple):
+    """Components of the momentum ``[ξ; p]``: ``S = fixed + by_origin A + by_line d``.
+
+    A is the origin of the frame of the ground, and d runs along its x; see
+    `balance.studies.discovery.lane_regions`.
+
+    Attributes:
+        fixed: the part that is the same for all geometries (rows, dim).
+        by_origin: the factors of A (rows, dim, 2).
+        by_line: the factors of d (rows, dim, 2).
+    """
+
+    fixed: Array
+    by_origin: Array
+    by_line: Array
+
+
+class LaneRegion(NamedTuple):
+    """Where some components of the momentum are to vanish.
+
+    Attributes:
+        components: the components.
+        relations: rows that vanish on the joint positions of its motion (rows, joints).
+        places: displacements of the inputs at each of its poses (poses, inputs); none where all
+            poses of its motion count.
+        tangents: rates of the inputs for each of its freedoms there (poses, inputs, freedoms).
+    """
+
+    components: MomentumRows
+    relations: Array
+    places: Array
+    tangents: Array
+
+
 @dataclass(frozen=True, eq=False)
 class TopologyArrays:
     """Joints, loops, bodies and permitted changes of a topology.
@@ -58,6 +92,10 @@ class TopologyArrays:
         moved: joints that each change moves together (changes, joints).
         origin: joint of the graph that each joint belongs to (joints,).
         force: whether linear momentum alone is to vanish.
+        regions: what is to vanish where, if it is not the momentum in all poses.
+        inputs: joints that requirements name; their displacements give poses (inputs,).
+        frame: joints at the origin and along x of the frame of the ground; empty where no
+            requirement has directions or points.
     """
 
     planar: bool
@@ -72,6 +110,9 @@ class TopologyArrays:
     moved: Array
     origin: IntArray
     force: bool = False
+    regions: tuple[LaneRegion, ...] = ()
+    inputs: tuple[int, ...] = ()
+    frame: tuple[int, ...] = ()
 
     @property
     def algebra(self) -> _Algebra:
@@ -98,6 +139,24 @@ class TopologyArrays:
     def unknowns(self) -> int:
         """Number of inertial parameters."""
         return len(self.bodies) * self.algebra.parameters
+
+    @cached_property
+    def of_regions(self) -> tuple[TopologyArrays, ...]:
+        """The topology with the motion of each region, and the whole momentum."""
+        return tuple(
+            replace(
+                self,
+                relations=np.concatenate([self.relations, region.relations]),
+                force=False,
+                regions=(),
+            )
+            for region in self.regions
+        )
+
+    @property
+    def pinned(self) -> bool:
+        """Whether requirements tell the reference pose from others of the same motion."""
+        return any(len(region.places) or len(region.relations) for region in self.regions)
 
     @property
     def components(self) -> slice:

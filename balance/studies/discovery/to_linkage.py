@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from balance.studies.discovery.lane_regions import frame_of
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from balance.studies.discovery.topologies import Topology
 from kinematics.loading.building.screw_joints import ScrewJoint, from_screws
@@ -34,6 +35,26 @@ def joint_places(
     return points
 
 
+def in_frame(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:
+    """Place geometries in the frame of their ground, if requirements have one.
+
+    Its origin comes to 0, its x along x, and the distance of two turning joints to 1.
+    """
+    if not structure.frame:
+        return geometry
+    A, d = frame_of(structure, geometry)
+    size = np.sqrt(np.sum(d**2, axis=-1))[:, None]
+    x, y = (d / size).T
+    R = np.zeros((len(x), 3, 3))
+    R[:, 0, 0] = R[:, 1, 1] = x
+    R[:, 0, 1], R[:, 1, 0] = y, -y
+    R[:, 2, 2] = 1.0
+    points = geometry.points.copy()
+    points[..., :2] -= A[:, None]
+    points = np.einsum("lij,lnj->lni", R, points / size[..., None])
+    return LaneGeometry(points, np.einsum("lij,lnj->lni", R, geometry.axes))
+
+
 def to_linkage(
     topology: Topology,
     structure: TopologyArrays,
@@ -44,7 +65,8 @@ def to_linkage(
     """Build the linkage of one geometry; its joints are named A, B, C … as the relations are.
 
     Args:
-        inputs: names of the joints that drive it; by default a well-conditioned set.
+        inputs: names of the joints that drive it; by default those that requirements name, or
+            a well-conditioned set.
 
     Raises:
         LinkageError: the linkage does not move, or its coordinates cannot be chosen.
@@ -54,7 +76,8 @@ def to_linkage(
     named: dict[int, str] = {}
     ends = set(structure.ends[:, 0].tolist())
     reached = {0}
-    places = joint_places(topology, structure, geometry.take(slice(lane, lane + 1)))[0]
+    geometry = in_frame(structure, geometry.take(slice(lane, lane + 1)))
+    places = joint_places(topology, structure, geometry)[0]
     for k in dict.fromkeys(structure.origin.tolist()):
         kind, a, b = topology.edges[k]
         indices = np.flatnonzero(structure.origin == k)
@@ -64,7 +87,7 @@ def to_linkage(
             base, new = a, b
         else:
             reached.add(new)
-        axes = geometry.axes[lane, indices]
+        axes = geometry.axes[0, indices]
         second = axes[1] - (axes[1] @ axes[0]) * axes[0] if kind == "U" else None
         named[k] = chr(ord("A") + k)
         joint = ScrewJoint(
@@ -81,4 +104,6 @@ def to_linkage(
         side = loops if chr(ord("A") + a) in {joint.name for joint in loops} else tree
         place = [joint.name for joint in side].index(named[a])
         side[place] = side[place]._replace(mimic=(named[b], ratio))
+    if inputs is None and structure.inputs:
+        inputs = [named[structure.origin[j]] for j in structure.inputs]
     return from_screws(tree, loops, inputs=inputs, name=topology.name.replace(" ", "_"))

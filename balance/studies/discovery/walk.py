@@ -15,16 +15,16 @@ change its pose, do not change s; λ keeps them small. `descend` does this for a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Protocol
 
 import numpy as np
 
-from balance.studies.discovery.lane_motion import (
-    Poses,
-    follow_curves,
-    lane_momentum_rows,
-    momentum_rates,
+from balance.studies.discovery.lane_motion import Poses, follow_curves
+from balance.studies.discovery.lane_regions import (
+    lane_condition_rates,
+    lane_condition_rows,
+    poses_of_regions,
 )
 from balance.studies.discovery.structure import LaneGeometry, TopologyArrays
 from kinematics.errors import UsageError
@@ -50,9 +50,10 @@ class LaneConditions:
     """Momentum rows and their singular value decomposition, lane by lane.
 
     Attributes:
-        poses: the poses.
+        poses: the poses around the reference pose.
         U, values, Vt: decomposition of the rows (lanes, rows, p), (lanes, p), (lanes, p, p).
         usable: whether loops stayed closed (lanes,).
+        regions: the poses of each region, where requirements have some.
     """
 
     poses: Poses
@@ -60,6 +61,7 @@ class LaneConditions:
     values: Array
     Vt: Array
     usable: Flags
+    regions: tuple[Poses, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,11 +92,13 @@ def conditions_at(
     """
     count = poses or (POSES if structure.width == 1 else POSES_OF_MANY)
     curves = follow_curves(structure, geometry, reach, count)
-    usable = curves.residual <= CLOSED
-    M = lane_momentum_rows(structure, curves)
+    regions = poses_of_regions(structure, geometry, curves, reach, count)
+    usable = np.all([part.residual <= CLOSED for part in (curves, *regions)], axis=0)
+    crossed = np.any([part.crossed for part in (curves, *regions)], axis=0)
+    M = lane_condition_rows(structure, geometry, curves, regions)
     M[~usable] = 0.0
     U, values, Vt = _decompose(M, usable)
-    return LaneConditions(curves, U, values, Vt, usable)
+    return LaneConditions(replace(curves, crossed=crossed), U, values, Vt, usable, regions)
 
 
 def _decompose(M: Array, usable: Flags) -> tuple[Array, Array, Array]:
@@ -179,9 +183,10 @@ class SmallestValue:
         """Compute ``Jᵀ J`` and ``Jᵀ s u``; see `Measured`."""
         conditions, kept = take_conditions(self.conditions, lanes), self.kept
         here = self.geometry.take(lanes)
-        D = momentum_rates(
-            self.structure, here, conditions.poses, conditions.Vt[:, kept : kept + 1]
-        )[:, 0]
+        z = conditions.Vt[:, kept : kept + 1]
+        D = lane_condition_rates(self.structure, here, conditions.poses, conditions.regions, z)[
+            :, 0
+        ]
         return step_terms(
             D,
             conditions.U[:, :, :kept],
@@ -282,21 +287,24 @@ def descend(
     return Walks(geometry, ratio, steps, ratio <= arrived)
 
 
+def _take_poses(poses: Poses, lanes: IntArray | Flags) -> Poses:
+    """Select lanes."""
+    return Poses(**{field.name: getattr(poses, field.name)[lanes] for field in fields(Poses)})
+
+
 def take_conditions(conditions: LaneConditions, lanes: IntArray | Flags) -> LaneConditions:
     """Select lanes.
 
     Args:
         conditions: the conditions of all lanes.
     """
-    arrays = {
-        field.name: getattr(conditions.poses, field.name)[lanes] for field in fields(Poses)
-    }
     return LaneConditions(
-        Poses(**arrays),
+        _take_poses(conditions.poses, lanes),
         conditions.U[lanes],
         conditions.values[lanes],
         conditions.Vt[lanes],
         conditions.usable[lanes],
+        tuple(_take_poses(poses, lanes) for poses in conditions.regions),
     )
 
 
@@ -307,8 +315,9 @@ def put_conditions(conditions: LaneConditions, lanes: IntArray, other: LaneCondi
         conditions: the conditions of all lanes.
         other: the new conditions of these lanes.
     """
-    for mine, new in ((conditions, other), (conditions.poses, other.poses)):
-        for field in fields(mine):
-            array = getattr(mine, field.name)
+    pairs: list[tuple[object, object]] = [(conditions, other), (conditions.poses, other.poses)]
+    pairs += zip(conditions.regions, other.regions, strict=True)
+    for mine, new in pairs:
+        for name, array in vars(mine).items():
             if isinstance(array, np.ndarray):
-                array[lanes] = getattr(new, field.name)
+                array[lanes] = getattr(new, name)

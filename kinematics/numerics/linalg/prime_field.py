@@ -109,7 +109,7 @@ def degrees_of_fraction(
     older = [1]
     for x in points:
         older = _times_linear(older, x, p)
-    newer = _interpolate(points, values, p)
+    newer = interpolate_modulo(points, values, p)
     s_older, s_newer = [0], [1]
     best: tuple[int, int] | None = None
     while any(newer):
@@ -136,7 +136,7 @@ def _times_linear(a: Row, root: int, p: int) -> Row:
     return [(u - root * v) % p for u, v in zip([0, *a], [*a, 0], strict=True)]
 
 
-def _interpolate(points: Sequence[int], values: Sequence[int], p: int) -> Row:
+def interpolate_modulo(points: Sequence[int], values: Sequence[int], p: int) -> Row:
     """Interpolate a polynomial (I. Newton), lowest coefficient first."""
     result, product = [values[0] % p], [1]
     for n in range(1, len(points)):

@@ -6,6 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from balance.app.answers.answer import AnswerBody, Facts
+from balance.space.requirements.requirement import read_requirements
 from balance.studies.discovery.export import ExportedMember
 from balance.studies.discovery.families import Family
 from balance.studies.discovery.job import DiscoveryJob
@@ -19,8 +20,8 @@ from kinematics.wording import count_noun, number_text
 SCHEMA = "balance.discover/1"
 # Least width of the labels of facts.
 LABELS = 13
-# What a search for force balance counts.
-FORCES = "force balance; nullity counts masses and centres of mass"
+# What a search counts in which no moments of inertia are.
+MASSES = "; nullity counts masses and centres of mass"
 Data = dict[str, Any]
 
 
@@ -106,7 +107,7 @@ def exact_words(entry: Data) -> str:
     if not exact["enough"]:
         return "these relations alone do not give this nullity"
     words = f"these relations give nullity {entry['nullity']} for general lengths"
-    words += ", and no equal length can be left out" * exact["needed"]
+    words += ", and no equality of lengths or angles can be left out" * exact["needed"]
     return words + f"; masses can be built {exact['buildable']}" * bool(exact["buildable"])
 
 
@@ -126,6 +127,19 @@ def range_words(motion: Data | None) -> str:
     kinds = " and ".join(dict.fromkeys(f"a {end}" for end in ends))
     until = f", to {kinds}" if kinds else ""
     return f"{motion['joint']} from {low} to {high} ({size}){until}"
+
+
+def required_facts(require: str) -> list[tuple[str, str]]:
+    """Say what a search requires, but for dynamic balance.
+
+    Args:
+        require: the requirements.
+    """
+    if require == "dynamic":
+        return []
+    masses = all(item.masses_alone for item in read_requirements(require))
+    words = "force balance" if require == "force" else require
+    return [("required", words + MASSES * masses)]
 
 
 def search_body(data: Data, topology: Topology) -> AnswerBody:
@@ -154,7 +168,7 @@ def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
         ("topology", data["topology"]),
         ("joints", f"{joints} (link 0 is the ground)"),
         ("walks", walked + ", to masses that can be built" * data["buildable"]),
-        *([("required", FORCES)] if data["require"] == "force" else []),
+        *required_facts(data["require"]),
         ("starts", "the model and changes of it" if data["near"] else "anywhere"),
         ("ends", outcomes or "none yet"),
         ("elsewhere", f"most geometries have nullity {data['nullity']}"),
@@ -189,7 +203,7 @@ def _family_lines(entry: Data) -> list[str]:
 
 def member_data(number: int, path: str, member: ExportedMember) -> Data:
     """Collect the facts on an exported member."""
-    checked, certainty = member.verification, getattr(member.space, "certainty", None)
+    certainty = getattr(member.space, "certainty", None)
     return {
         "schema": SCHEMA,
         "what": "export",
@@ -202,7 +216,7 @@ def member_data(number: int, path: str, member: ExportedMember) -> Data:
         "reason": "by floating point alone" if certainty is None else certainty.reason,
         "verdict": member.design.verdict,
         "words": member.design.words,
-        "balanced": None if checked is None else bool(checked.balanced),
+        "balanced": member.balanced,
     }
 
 

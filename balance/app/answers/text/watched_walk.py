@@ -6,7 +6,7 @@ from itertools import zip_longest
 from typing import Any
 
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
-from balance.app.answers.text.discovery import FORCES, LABELS, SCHEMA
+from balance.app.answers.text.discovery import LABELS, SCHEMA, required_facts
 from balance.studies.discovery.quantities import quantities_of
 from balance.studies.discovery.watch import WatchedWalk
 from kinematics.wording import size_text
@@ -58,7 +58,7 @@ def walk_facts(data: Data) -> list[tuple[str, str]]:
     pairs = [
         ("topology", data["topology"]),
         ("start", start),
-        *([("required", FORCES)] if data["require"] == "force" else []),
+        *required_facts(data["require"]),
         ("steps", f"{steps}{', and the polished end' if data['polished'] else ''}"),
         ("end", end),
     ]

@@ -52,6 +52,18 @@ def test_a_preloaded_pair_acts_as_one_without_free_length():
     assert sum(k * length for k, length in pairs) == 0
 
 
+def test_points_of_a_pair_are_those_of_a_spring_without_free_length():
+    """Points are found without a free length; a pair of real springs there is proved."""
+    one = balance.springs(balancer(), "base@0,0,0:0.6 arm@0.25,0,0 k=58.86").springs[0]
+    place = ",".join(repr(x) for x in one.ends[0].point)
+    ends = f"base@{place} arm@0.25,0,0"
+    pair = balance.springs(balancer(), [f"{ends} L0=0.1", f"{ends} L0=-0.05"])
+    assert sum(spring.stiffness for spring in pair.springs) == pytest.approx(58.86, rel=1e-9)
+    assert pair.verdict == "feasible"
+    left, gravity = torques_with_springs(balancer(), pair, 20)
+    assert np.abs(left).max() < 1e-10 * np.abs(gravity).max()
+
+
 def test_a_given_stiffness_decides_the_other_of_a_pair():
     answer = balance.springs(balancer(), [f"{WAY} L0=0.1 k=19.62", f"{WAY} L0=-0.05"])
     assert answer.springs[1].stiffness == pytest.approx(39.24, rel=1e-9)

@@ -106,7 +106,6 @@ def test_solved_parameters_are_those_asked_for():
         ("four_bar_general", {"solve": ["ghost"]}, "no parameter"),
         ("four_bar_general", {"where": "AB=BD"}, "does not hold"),
         ("four_bar_general", {"where": "AB=XY"}, "no distance"),
-        ("scissor_three_stage", {}, "several motions"),
     ],
 )
 def test_refusals(words, options, problem):

@@ -16,7 +16,7 @@ import kinematics
 from balance.studies.discovery.topologies import topology
 from kinematics import ScrewJoint, from_screws
 from tests.support.exact_momentum import ExactPose
-from tests.support.formula_rows import matrix
+from tests.support.formula_rows import file_values, matrix, violation
 from tests.support.gaussian_rationals import Gaussian
 
 POSES = 3
@@ -238,6 +238,18 @@ PAIRS = {
     "four_rrr_pair": (8, CROSSED),
     "four_rrr_parallel": (6, [*CROSSED, ("lower3", "upper2"), ("upper3", "lower2")]),
 }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["four_rrr_in_line", "four_rrr_symmetric"])
+@pytest.mark.parametrize("kind", ["force", "dynamic"])
+def test_legs_that_are_crossed_or_parallel(name, kind):
+    """Equal legs have both motions; the formulas are those of the one in the file."""
+    linkage = kinematics.load(name, inputs=["a1", "b1", "c1"])
+    formulas = balance.formulas(linkage, kind, STRAIGHT)
+    assert formulas.confirmed and formulas.rank == (6 if kind == "force" else 18)
+    space = balance.design_space(linkage, STRAIGHT, balance=kind)
+    assert violation(formulas, space, file_values(formulas.to_dict())) < 1e-12
 
 
 @pytest.mark.slow

@@ -151,6 +151,25 @@ def test_twenty_special_linkages_dynamic():
     assert len(kinds) >= 20 and len(set(kinds)) == 3
 
 
+@pytest.mark.slow
+def test_an_antiparallelogram_beside_a_parallelogram():
+    """The same lengths move as two parallelograms, with as many conditions."""
+    a, d = 0.8 * np.exp(0.9j), 2.0
+    line = (d - a) / abs(d - a)
+    c = a + line * ((a + d - a) / line).conjugate()
+    places = {"u1": 0j, "q2": a, "q4": d, "q3": c, "q5": c, "q6": 3.0 + 0j, "q7": c + 1.0}
+
+    def joint(name, parent, child):
+        z = complex(places[name])
+        return ScrewJoint(name, parent, child, point=(z.real, z.imag, 0.0))
+
+    tree = [joint("u1", "base", "crank"), joint("q2", "crank", "coupler")]
+    tree += [joint("q4", "base", "rocker"), joint("q5", "rocker", "bar")]
+    tree += [joint("q6", "base", "follower")]
+    loops = [joint("q3", "coupler", "rocker"), joint("q7", "bar", "follower")]
+    assert len(compared(from_screws(tree, loops), "dynamic").conditions) == 9
+
+
 def spatial_linkage(seed):
     """An arm, a tree or a loop, whose joints turn, slide, or are points."""
     rng = np.random.default_rng(seed)

@@ -15,7 +15,7 @@ from balance.app.cli.main import main
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import LinkageError, UsageError
 from tests.independent.reference import decide, load
-from tests.support.required_rows import parameters, rows_of
+from tests.support.required_rows import parameters, region_of, rows_of
 
 GRAVITY = (1.0, -2.0, 0.5)
 # Requirements as text, and as quantity and region of the second route; A and B are inputs.
@@ -69,23 +69,6 @@ CASES = [(model, tuple(texts)) for texts in ONE_INPUT for model in ONE + MORE]
 CASES += [(model, tuple(texts)) for texts in TWO_INPUTS for model in MORE]
 # Neighbours in the table differ in linkage and list.
 CASES = [CASES[(37 * k) % len(CASES)] for k in range(len(CASES))]
-
-
-def region_of(text, names):
-    """Quantity and region of the second route."""
-    for word in (" along ", " up to ", " at "):
-        quantity, found, rest = text.partition(word)
-        if not found:
-            continue
-        if word == " at ":
-            return quantity, f"at {rest}"
-        if word == " along ":
-            curved = "**" in rest
-            return quantity, f"curve {rest}" if curved else f"along {rest}"
-        order, _, pose = rest.removeprefix("order ").partition(" about ")
-        values = dict(pair.split("=") for pair in pose.split(",")) if pose else {}
-        return quantity, " ".join(["order", order, *(values.get(x, "0") for x in names)])
-    return text, "along "
 
 
 @pytest.mark.table(5)

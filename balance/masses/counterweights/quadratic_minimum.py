@@ -85,10 +85,13 @@ def _minimise_in_ball(form: ArrayLike) -> tuple[float, Array]:
 
 def _minimise_in_balls(M: Array) -> tuple[Array, Array]:
     """Minimise forms (n, d + 1, d + 1) over the unit ball: minima (n,), minimisers (n, d)."""
-    w, V = np.linalg.eigh(M[:, :-1, :-1])
-    beta = (M[:, None, -1, :-1] @ V)[:, 0]
     scales = np.abs(M).max(axis=(1, 2))
-    zeros = CURVATURE_ZERO * np.where(scales > 0.0, scales, 1.0)
+    # A power of two, which changes no digit: squares of a form of any size are numbers.
+    powers = -np.frexp(scales)[1][:, None, None]
+    forms = np.ldexp(M, powers)
+    w, V = np.linalg.eigh(forms[:, :-1, :-1])
+    beta = (forms[:, None, -1, :-1] @ V)[:, 0]
+    zeros = CURVATURE_ZERO * np.where(scales > 0.0, np.ldexp(scales, powers[:, 0, 0]), 1.0)
     x = list(map(_secular_solution, w.tolist(), beta.tolist(), zeros.tolist()))
     points = (V @ np.array(x)[:, :, None])[:, :, 0]
     p = np.column_stack([points, np.ones(len(points))])

@@ -47,13 +47,13 @@ class ConicSolution(NamedTuple):
         infeasible: whether the solver found that no x fulfils the constraints.
         x: the minimiser (n,), if there is one.
         dual: multipliers of the rows; a certificate if there is no x.
-        accurate: whether residuals and gap are as small as asked for.
+        error: the largest of the relative residuals and of the gap between primal and dual.
     """
 
     infeasible: bool
     x: Array
     dual: Array
-    accurate: bool
+    error: float
 
 
 class _Columns(NamedTuple):
@@ -106,9 +106,14 @@ def solve_conic(
     solution: Any = clarabel.DefaultSolver(
         quadratic, q.tolist(), _columns(-rows), offset.tolist(), cones, settings
     ).solve()
-    status = str(solution.status)
-    infeasible, accurate = "PrimalInfeasible" in status, status == "Solved"
-    return ConicSolution(infeasible, np.array(solution.x), np.array(solution.z), accurate)
+    primal, dual = solution.obj_val, solution.obj_val_dual
+    gap = abs(primal - dual) / max(1.0, min(abs(primal), abs(dual)))
+    return ConicSolution(
+        "PrimalInfeasible" in str(solution.status),
+        np.array(solution.x),
+        np.array(solution.z),
+        max(solution.r_prim, solution.r_dual, gap),
+    )
 
 
 def solve_cones(

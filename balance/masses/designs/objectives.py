@@ -38,7 +38,11 @@ from balance.masses.designs.nearest import file_distance, limit_rows, minimise_d
 from balance.masses.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
-from balance.support.tolerances import DENSITY_RELATIVE, PSEUDO_INERTIA_SINGULAR
+from balance.support.tolerances import (
+    DENSITY_RELATIVE,
+    PSEUDO_INERTIA_SINGULAR,
+    SOLVER_RESIDUAL,
+)
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError
 from kinematics.numerics.array_types import Array
@@ -181,6 +185,13 @@ def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Op
     return Optimum(program.unit * P, file_distance(P, file))
 
 
+class _Minimiser(NamedTuple):
+    """Coordinates of a minimiser and the upper bound (n + 1,), and the error of the solver."""
+
+    v: Array
+    error: float
+
+
 def _solve(
     program: Program,
     cone: Cone,
@@ -188,17 +199,41 @@ def _solve(
     lower: Array,
     trace_limit: float,
     limits: DensityRows | None = None,
-    scales: Array | None = None,
 ) -> Array | None:
     """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``.
 
     Where the solver stops short of its accuracy, as with bodies of which some are a thousand
-    times as heavy as others, a second solution measures each body by the first one.
+    times as heavy as others, a second solution measures each body by the first one. The more
+    accurate one counts.
 
     Args:
         limits: rows of the limits of density.
-        scales: congruences A_b (free, k, k) of a second solution, which requires
-            ``A_b P_b A_bᵀ ⪰ A_b lower_b A_bᵀ``.
+    """
+    request = (program, cone, goal, lower, trace_limit, limits)
+    first = _solve_once(*request)
+    if first is None:
+        return None
+    if first.error > SOLVER_RESIDUAL:
+        scales = _scales_of(cone.at(first.v[:-1]))
+        second = _solve_once(*request, scales) if np.isfinite(scales).all() else None
+        if second is not None and second.error < first.error:
+            return second.v
+    return first.v
+
+
+def _solve_once(
+    program: Program,
+    cone: Cone,
+    goal: _Goal,
+    lower: Array,
+    trace_limit: float,
+    limits: DensityRows | None = None,
+    scales: Array | None = None,
+) -> _Minimiser | None:
+    """Minimise an objective once; see `_solve`.
+
+    Args:
+        scales: congruences A_b (free, k, k), to require ``A_b P_b A_bᵀ ⪰ A_b lower_b A_bᵀ``.
     """
     (count, n), size = cone.blocks.shape[:2], program.traces.size
     A = np.tile(np.eye(cone.size), (count, 1, 1)) if scales is None else scales
@@ -231,12 +266,7 @@ def _solve(
     if solution.infeasible or not np.isfinite(solution.x).all():
         return None
     values[free] = solution.x
-    if scales is None and not solution.accurate:
-        A = _scales_of(cone.at(values[:n]))
-        if np.isfinite(A).all():
-            v = _solve(program, cone, goal, lower, trace_limit, limits, A)
-            return values[: n + 1] if v is None else v
-    return values[: n + 1]
+    return _Minimiser(values[: n + 1], solution.error)
 
 
 def _scales_of(P: Array) -> Array:

@@ -70,7 +70,8 @@ PARTS = set(
     DesignCheck ElasticFrame EndBody Feasibility FewestRotors FloatingBase Freedom ManySpaces
     Meeting ModeAnswer MomentumMap MomentumTaylor MovableWeight Multipole PantographMasses
     Payload PoseBalance Primitive PrincipalVectors Proof ReactionNullSpace Region RotorSet
-    ScrewLine Section Similarity SpaceRecord StackedChains Study Support Trajectory Transfer
+    ScrewLine Section Similarity SpaceRecord StackedChains StackedFourBar Study Support
+    Trajectory Transfer
     """.split()
 )
 # Words that stand for what another word stands for in the same arguments.

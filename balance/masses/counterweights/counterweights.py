@@ -145,13 +145,12 @@ def counterweights(
     asked = as_space(space, motion, balance)
     motions = motions_or_turn(asked.linkage, motions, speed, crank, asked.motion)
     body_regions = regions_of(asked, links, regions or {})
-    densities = density_in_si(density)
-    limits = density_limits(asked, body_regions, densities, thickness)
+    limits = density_limits(asked, body_regions, density_in_si(density), thickness)
     if not (np.isfinite(price_of_mass) and price_of_mass >= 0.0):
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
-    choices = _wanted_shapes(asked, shape, minimise, densities, thickness, move)
+    choices = _wanted_shapes(asked, shape, minimise, density, thickness, move)
     moved = moved_links(asked, body_regions, move)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
@@ -203,7 +202,7 @@ def _wanted_shapes(
     space: DesignSpace,
     shape: str | None,
     minimise: AddedObjective,
-    density: float | Mapping[str, float] | None,
+    density: Density,
     thickness: float | None,
     move: Mapping[str, float] | None,
 ) -> tuple[WeightShape, ...]:

@@ -32,6 +32,7 @@ def lightest_between(mass_of: Callable[[float], float], least: float, largest: f
         R. P. Brent, Algorithms for Minimization without Derivatives, 1973.
 
     Example:
+        >>> from balance.masses.remedies.size_search import lightest_between
         >>> lightest_between(lambda size: abs(size - 0.417), 0.25, 1.0)
         0.42
     """

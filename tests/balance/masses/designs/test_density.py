@@ -385,8 +385,8 @@ REFUSED = [
     ("four_bar_kite", {"density": -1.0, "thickness": 0.01}, "density = -1.0: give a number"),
     (
         "four_bar_kite",
-        {"density": "steel", "thickness": 0.01},
-        "density = steel: give a number",
+        {"density": (7850.0,), "thickness": 0.01},
+        r"density = \(7850.0,\): give a number",
     ),
     ("four_bar_kite", {"density": inf, "thickness": 0.01}, "density = inf: give a number"),
     ("four_bar_kite", {"density": 1.0, "thickness": 0.0}, "thickness = 0.0: give a number"),

@@ -93,8 +93,8 @@ def least_matter(
 ) -> LeastMatter:
     """Find the least matter in some regions, or in wider ones if these are too small.
 
-    A verdict against it is given only after the integers of the space are certified, and so
-    after wider regions were tried; who finds matter verifies the file with it.
+    A verdict against it is given only after the integers of the space are certified; without a
+    proof of the gap wider regions are tried before. Who finds matter verifies the file with it.
 
     Args:
         links: links that may get matter.
@@ -114,7 +114,7 @@ def least_matter(
     matter = fill(whole, links, regions)
     if matter.verdict == "feasible":
         return LeastMatter(matter, None)
-    narrow = matter.verdict == "infeasible" and bool(matter.chosen)
+    narrow = not prove and matter.verdict == "infeasible" and bool(matter.chosen)
     if narrow and feasible(space).verdict != "infeasible":
         wider = fill(whole, links, {**regions, **wide_regions(space, matter.chosen)})
         if wider.verdict == "feasible":

@@ -20,6 +20,11 @@ from balance.space.spaces.design_space import DesignSpace
 
 # Distance from the middle of a region, of its size, from which matter is at its rim.
 AT_RIM = 0.999
+# Why nothing is proved of a geometry that is special but for the last digits of its lengths.
+ROUNDED = (
+    "matter in these regions does not balance it, and its lengths are rounded, so that no "
+    "proof covers other masses"
+)
 
 
 class LeastMatter(NamedTuple):
@@ -119,12 +124,16 @@ def least_matter(
         wider = fill(whole, links, {**regions, **wide_regions(space, matter.chosen)})
         if wider.verdict == "feasible":
             return LeastMatter(wider, None)
-    whole = certify(whole)
+    given, rounded, whole = space, whole, certify(whole)
     matter = fill(whole, links, regions)
     if matter.verdict != "infeasible":
         return LeastMatter(matter, None)
     space = certify(space) if flat else whole
     anywhere = feasible(space)
+    if anywhere.verdict == "infeasible" and feasible(given).verdict == "feasible":
+        wider = fill(rounded, links, {**regions, **wide_regions(space, matter.chosen)})
+        none = matter.undecided(ROUNDED, certificate=None, check=None)
+        return LeastMatter(wider if wider.verdict == "feasible" else none, None)
     if anywhere.verdict == "infeasible" or not matter.chosen:
         return LeastMatter(matter, anywhere)
     matter = fill(whole, links, {**regions, **wide_regions(space, matter.chosen)})

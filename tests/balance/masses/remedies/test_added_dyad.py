@@ -18,8 +18,12 @@ from balance.masses.remedies.dyads.dyad_geometry import Dyad, convert_numbers, d
 from balance.masses.remedies.dyads.dyad_search import AngleRelations, walk
 from balance.masses.remedies.dyads.known_dyads import dyad_seeds, hinges_of, sides_of
 from balance.masses.remedies.request import RemedyRequest
+from balance.studies.synthesis.four_bar_masses import four_bar_urdf
+from balance.studies.synthesis.general_four_bars import general_four_bars
+from balance.studies.synthesis.positions import Position
 from kinematics import ScrewJoint, from_screws
 from kinematics.model.arrays import Frame
+from kinematics.model.document import make_elements
 from kinematics.model.document.element import Document
 
 # Hinges on the crank, the rocker and the ground, in metres; that at the origin is the first.
@@ -190,3 +194,23 @@ def test_linkages_for_which_no_dyad_is_searched_are_refused():
     assert one.verdict == "refused" and "planar" in one.reason
     (one,) = apply_added_dyad(RemedyRequest(four_bar(*GAINS), balance="force"))
     assert one.verdict == "refused" and "force" in one.reason
+
+
+@pytest.mark.slow
+def test_digits_of_a_dyad_exclude_no_masses():
+    """With lengths of 15 digits no relation is exact; with point masses it balances all the same.
+
+    So a proof that no masses balance it would speak of the last digits alone.
+    """
+    places = [(0.3, 0.1, 0.19), (0.1, 0.4, -0.7), (-0.1, 0.5, -1.22)]
+    design = general_four_bars([Position(*place) for place in places])[0]
+    inertial = make_elements.inertial(0.3, 2e-3 * np.eye(3), make_elements.origin(np.eye(4)))
+    urdf = four_bar_urdf(design, dict.fromkeys(("crank", "coupler", "rocker"), inertial))
+    linkage = kinematics.load(Document("four_bar", urdf))
+    of_points, of_steel = (
+        balance.compare_remedies(linkage, only=["added_dyad"], density=density).results
+        for density in (None, "steel")
+    )
+    assert [result.verdict for result in of_points].count("feasible") == 2
+    assert {result.verdict for result in of_steel} <= {"feasible", "undecided"}
+    assert any("lengths are rounded" in result.reason for result in of_steel)

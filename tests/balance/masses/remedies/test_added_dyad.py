@@ -198,7 +198,7 @@ def test_linkages_for_which_no_dyad_is_searched_are_refused():
 
 @pytest.mark.slow
 def test_digits_of_a_dyad_exclude_no_masses():
-    """With lengths of 15 digits no relation is exact; with point masses it balances all the same.
+    """With lengths of 15 digits no relation is exact, but masses balance to the last of them.
 
     So a proof that no masses balance it would speak of the last digits alone.
     """

@@ -39,7 +39,8 @@ FORMULA_ZERO = 1e-9
 # Difference of two distances over their size: up to this they are equal in formulas.
 FORMULA_RELATION = 1e-9
 # Violation of formulas by balanced masses over the sizes of their terms: up to this they agree.
-FORMULA_AGREES = 1e-12
+# Formulas of another motion are off by 1e-2 or more, round-off by up to 1e-11.
+FORMULA_AGREES = 1e-9
 
 # --- conditions
 

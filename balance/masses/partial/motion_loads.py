@@ -160,8 +160,8 @@ class MotionLoads:
     about: Array
 
     @property
-    def wrenches(self) -> Array:
-        """Shaking moment, N m, and force, N, of the linkage (N, 6, count + 1)."""
+    def wrench_columns(self) -> Array:
+        """Moment, N m, and force, N, by each parameter and, last, as given (N, 6, count + 1)."""
         total = np.zeros((len(self.given), 6, self.matter.count + 1))
         for place, part in zip(self._places(), self.added.values(), strict=True):
             total[..., place] += part

@@ -187,7 +187,7 @@ class ShakingProblem:
         torque = np.zeros((linkage.mobility, len(designs)))
         bearing = np.zeros((len(linkage.joints), len(designs)))
         for motion in self.loads:
-            sizes = _part_sizes(motion.wrenches @ points)
+            sizes = _part_sizes(motion.wrench_columns @ points)
             peaks = np.maximum(peaks, sizes.max(axis=0))
             reactions = motion.reactions(points)
             torque = np.maximum(torque, np.abs(motion.torques(reactions)).max(axis=0))
@@ -265,7 +265,9 @@ def build_problem(
     point = middle if about is None else point_of(about)
     loads = _loads(space, matter, asked, progress, point - middle)
     blocks = [np.sqrt(motion.weights / len(loads))[:, None, None] for motion in loads]
-    wrenches = [root * motion.wrenches for root, motion in zip(blocks, loads, strict=True)]
+    wrenches = [
+        root * motion.wrench_columns for root, motion in zip(blocks, loads, strict=True)
+    ]
     factors = tuple(
         quadratic_factor([_flat(rows[:, part]) for rows in wrenches])
         for part in (slice(0, 3), slice(3, 6))
@@ -273,7 +275,7 @@ def build_problem(
     if frame is None and isinstance(options.minimise, str):
         whole = quadratic_factor([factors[0] / weight, factors[1]])
     else:
-        counted = [_counted(motion.wrenches, motion, weight, frame) for motion in loads]
+        counted = [_counted(motion.wrench_columns, motion, weight, frame) for motion in loads]
         whole = quadratic_factor(_objective_rows(space, loads, blocks, counted, options))
     caps = _caps(space, loads, max_bearing, max_torque)
     single = _single_bodies(loads, blocks, weight, frame)
@@ -362,7 +364,7 @@ def _samples(
     if options.minimise == "rms" or not isinstance(options.minimise, str):
         return NO_SAMPLES
     if options.minimise == "peak":
-        rows = [_counted(motion.wrenches, motion, weight, None) for motion in loads]
+        rows = [_counted(motion.wrench_columns, motion, weight, None) for motion in loads]
         return np.concatenate(rows)
     kinds = {joint.name: joint.kind == "prismatic" for joint in space.linkage.joints}
     inputs = space.linkage.inputs if options.minimise == "torque" else ()

@@ -92,7 +92,7 @@ class AppliedRemedy:
         return self.verdict in ("feasible", "partial")
 
     @property
-    def built_mass(self) -> float:
+    def added_mass_with_gears(self) -> float:
         """Added mass with that of gears, kg; 0 if nothing is built."""
         gears = 0.0 if self.built is None else self.built.gear_mass
         return (self.added_mass or 0.0) + gears

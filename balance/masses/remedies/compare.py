@@ -66,7 +66,7 @@ def _apply(name: str, request: RemedyRequest) -> Iterator[AppliedRemedy]:
 
 def _mass_words(applied: AppliedRemedy) -> str:
     """Name a result, with the mass that it adds."""
-    return f"{applied.short} {number_text(applied.built_mass, '.4g')} kg"
+    return f"{applied.short} {number_text(applied.added_mass_with_gears, '.4g')} kg"
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ class RemedyComparison(WithPage, WithPicture):
         """Results that balance the linkage, the least added mass, with gears, first."""
         remedies = [applied for applied in self.results if applied.verdict == "feasible"]
         remedies.sort(key=lambda applied: applied.lost_freedoms)
-        masses = [applied.built_mass for applied in remedies]
+        masses = [applied.added_mass_with_gears for applied in remedies]
         ranks = rank_least_first(masses, self.request.given_mass, MASSES_EQUAL)
         return tuple(remedies[k] for k in ranks)
 
@@ -145,8 +145,8 @@ class RemedyComparison(WithPage, WithPicture):
         others = [each for each in self.balanced if each.remedy != first.remedy]
         lost = first.lost_freedoms
         freedoms = f"takes {count_noun(lost, 'freedom')}" if lost else "keeps all freedoms"
-        gears = " with its gears" * (first.built_mass > (first.added_mass or 0.0))
-        mass = f"{number_text(first.built_mass, '.4g')} kg{gears}"
+        gears = " with its gears" * (first.added_mass_with_gears > (first.added_mass or 0.0))
+        mass = f"{number_text(first.added_mass_with_gears, '.4g')} kg{gears}"
         if not others:
             return f"nothing else that was tried balances it; it {freedoms}, and adds {mass}"
         last = {*COPIES, *TURNING}
@@ -157,7 +157,9 @@ class RemedyComparison(WithPage, WithPicture):
         words = [f"it balances the linkage, {freedoms}, and adds {mass}"]
         if alike:
             words[0] += f", the least (next: {_mass_words(alike[0])})"
-        lighter = [each for each in later if each.built_mass < first.built_mass]
+        lighter = [
+            each for each in later if each.added_mass_with_gears < first.added_mass_with_gears
+        ]
         if lighter:
             names = ", ".join(dict.fromkeys(map(_mass_words, lighter)))
             but = "with fewer freedoms, copies of it all or a frame that turns"

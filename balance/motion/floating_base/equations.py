@@ -1,4 +1,4 @@
-"""BaseEquations of motion of a linkage on a base that floats, for a solver of initial values.
+"""Equations of motion of a linkage on a base that floats, for a solver of initial values.
 
 The state holds the pose of the base, the rates β of its freedoms, the coordinates y of the
 inputs and their rates (if they are free), the impulse of the springs and the work of the

@@ -168,7 +168,7 @@ def _missed_pose(
     u = path.at(at)[0]
     known = nearest_poses(problem, nearby, u)
     off = misses(problem, path, at, known, at)
-    sizes = np.full(len(at), np.inf) if off is None else off.sizes
+    sizes = np.full(len(at), np.inf) if off is None else off.distances
     worst = int(np.argmax(sizes))
     if sizes[worst] <= QUIET_POSE_MISSED:
         return None

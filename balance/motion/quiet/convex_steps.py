@@ -166,7 +166,7 @@ def sample_motion(
     excited = problem.excited(time, wrench)
     acceleration = time_weights(time) @ ((inputs[2] / problem.units) ** 2).sum(axis=1)
     merit = value / problem.scale + 0.5 * SMOOTH * acceleration / problem.acceleration**2
-    merit += PRICE * (excess.sum() + excited.sum() + missed.sizes.sum())
+    merit += PRICE * (excess.sum() + excited.sum() + missed.distances.sum())
     return SampledMotion(
         y, time, inputs, poses, wrench, torque, value, excess, excited, float(merit), at, missed
     )

@@ -93,8 +93,8 @@ class Misses(NamedTuple):
     rates: Array
 
     @property
-    def sizes(self) -> Array:
-        """The distances (poses,)."""
+    def distances(self) -> Array:
+        """Norms of what is off (poses,)."""
         return np.array([np.linalg.norm(off) for off in self.off])
 
 
@@ -158,7 +158,7 @@ def settle(
     B = space.basis(at, 0)
     for _ in range(SETTLED_STEPS):
         off = misses(problem, space.path(y), at, known, time)
-        if off is None or off.sizes.max(initial=0.0) <= SETTLED:
+        if off is None or off.distances.max(initial=0.0) <= SETTLED:
             break
         # Rows of all poses: by input, then by coefficient.
         rows = [

@@ -135,8 +135,7 @@ def formulas(
         if not problem.choose_motion():
             raise
         answer = _derived(problem, space, _fewest_relations, given, solve, deadline)
-        # Those of another motion are off by far more than round-off.
-        if not answer.unknown and not answer.residual <= 1e3 * FORMULA_AGREES:
+        if not answer.unknown and not answer.residual <= FORMULA_AGREES:
             raise
     if not answer.unknown and answer.residual > FORMULA_AGREES:
         # Dimensions with fewer relations have conditions as many, and not those of the file.

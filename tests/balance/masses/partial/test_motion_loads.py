@@ -45,7 +45,7 @@ def test_the_wrench_is_that_of_pinocchio(case):
     linkage, matter, loads, s = case
     model = PinocchioModel(linkage, matter.parameters(s))
     for one in loads:
-        found = one.wrenches @ np.append(s, 1.0)
+        found = one.wrench_columns @ np.append(s, 1.0)
         expected = model.reactions(one.trajectory)
         expected[:, :3] -= np.cross(matter.chain.frame.origin, expected[:, 3:])
         assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()

@@ -50,7 +50,7 @@ def test_rotors_on_a_pendulum_by_hand_and_by_pinocchio():
     built = applied.built
     gears = sum(gear_mass(inertia * change, GEAR) for inertia in (I1, I2))
     assert built.gear_mass == pytest.approx(gears, rel=1e-6)
-    assert applied.built_mass == applied.added_mass + built.gear_mass
+    assert applied.added_mass_with_gears == applied.added_mass + built.gear_mass
     assert built.width == pytest.approx(1.0 + 2.0 * RADIUS, rel=1e-6)
     assert built.width_ratio == pytest.approx(built.width / (1.5 + np.sqrt(1.0 / 12.0)))
     linkage = kinematics.load(Document("rotors", applied.urdf))

@@ -161,7 +161,7 @@ class MotionLoads:
 
     @property
     def wrench_columns(self) -> Array:
-        """Moment, N m, and force, N, by each parameter and, last, as given (N, 6, count + 1)."""
+        """Moment, N m, and force, N, by each parameter, and as given (N, 6, count + 1)."""
         total = np.zeros((len(self.given), 6, self.matter.count + 1))
         for place, part in zip(self._places(), self.added.values(), strict=True):
             total[..., place] += part

@@ -119,9 +119,10 @@ def least_matter(
     matter = fill(whole, links, regions)
     if matter.verdict == "feasible":
         return LeastMatter(matter, None)
+    wide = {**regions, **wide_regions(space, matter.chosen)}
     narrow = not prove and matter.verdict == "infeasible" and bool(matter.chosen)
     if narrow and feasible(space).verdict != "infeasible":
-        wider = fill(whole, links, {**regions, **wide_regions(space, matter.chosen)})
+        wider = fill(whole, links, wide)
         if wider.verdict == "feasible":
             return LeastMatter(wider, None)
     given, rounded, whole = space, whole, certify(whole)
@@ -131,13 +132,12 @@ def least_matter(
     space = certify(space) if flat else whole
     anywhere = feasible(space)
     if anywhere.verdict == "infeasible" and feasible(given).verdict == "feasible":
-        wider = fill(rounded, links, {**regions, **wide_regions(space, matter.chosen)})
+        wider = fill(rounded, links, wide)
         none = matter.undecided(ROUNDED, certificate=None, check=None)
         return LeastMatter(wider if wider.verdict == "feasible" else none, None)
     if anywhere.verdict == "infeasible" or not matter.chosen:
         return LeastMatter(matter, anywhere)
-    matter = fill(whole, links, {**regions, **wide_regions(space, matter.chosen)})
-    return LeastMatter(matter, anywhere)
+    return LeastMatter(fill(whole, links, wide), anywhere)
 
 
 def wide_regions(space: DesignSpace, links: Iterable[str]) -> dict[str, Region]:

@@ -21,12 +21,17 @@ from balance.masses.remedies.applied import AppliedRemedy, refused
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, convert_numbers, dyad_document
 from balance.masses.remedies.dyads.dyad_search import AngleRelations, DyadWalk, walk
 from balance.masses.remedies.dyads.dyad_sizes import best_size, size_words, turn_words
-from balance.masses.remedies.dyads.known_dyads import DyadSeed, hinges_of, sides_of
+from balance.masses.remedies.dyads.known_dyads import (
+    GEOMETRIES,
+    DyadSeed,
+    dyad_seeds,
+    hinges_of,
+    sides_of,
+)
 from balance.masses.remedies.dyads.with_dyad import (
     DYAD_LINKS,
     dyad_space,
     is_like,
-    known_seeds,
     load_with_dyad,
     why_no_dyad,
 )
@@ -48,8 +53,6 @@ GENERAL = "a general dyad"
 MEMBERS = 2
 # Walks from random geometries for each kind, if no known geometry helps.
 WALKS = 12
-# Known geometries of each kind that are tried, unless the remedy is named.
-GEOMETRIES = 12
 
 
 def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -66,7 +69,7 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         return
     named = KEY in request.only
     walks, most = (WALKS, None) if named else (0, GEOMETRIES)
-    seeds = known_seeds(request.linkage)
+    seeds = list(dyad_seeds(request.linkage))
     kinds = [
         [seed for seed in seeds if seed.dyad.slides == slides][:most]
         for slides in (False, True)

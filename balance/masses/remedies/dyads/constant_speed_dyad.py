@@ -43,11 +43,10 @@ from balance.masses.remedies.applied import (
 )
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_document
 from balance.masses.remedies.dyads.dyad_sizes import best_size, size_words, turn_words
-from balance.masses.remedies.dyads.known_dyads import DyadSeed
+from balance.masses.remedies.dyads.known_dyads import GEOMETRIES, DyadSeed, dyad_seeds
 from balance.masses.remedies.dyads.with_dyad import (
     DYAD_LINKS,
     dyad_space,
-    known_seeds,
     why_no_dyad,
 )
 from balance.masses.remedies.least_matter import least_matter_or_none, rim_text
@@ -70,8 +69,6 @@ from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
 
 KEY = "constant_speed_dyad"
-# Known geometries of each kind that are tried, unless the remedy is named.
-GEOMETRIES = 12
 # Conditioning of the loops along a turn, over that at the reference pose, below which a dyad
 # passes a dead point: between the samples of a turn it falls to about 0.03 there.
 DEAD_POINT = 0.1
@@ -104,8 +101,9 @@ def apply_constant_speed_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]
     alone = _without_dyad(request, turn)
     if alone is not None:
         yield alone
+    known = list(dyad_seeds(request.linkage))
     for slides in (False, True):
-        seeds = [seed for seed in known_seeds(request.linkage) if seed.dyad.slides == slides]
+        seeds = [seed for seed in known if seed.dyad.slides == slides]
         applied = _lightest(request, turn, seeds, slides)
         if alone is None or (applied.added_mass or inf) < (alone.added_mass or inf):
             yield applied
@@ -187,10 +185,9 @@ def _lightest(
     """
     named = KEY in request.only
     tried = seeds if named else seeds[:GEOMETRIES]
-    with_points = replace(request, density=None, thickness=None)
-    choices = _lightest_first(_tried(with_points, turn, tried))
+    choices = _lightest_first(_tried(request, turn, tried))
     if named:
-        choices = _lightest_first(_sought(with_points, turn, choices[:SOUGHT]))
+        choices = _lightest_first(_sought(request, turn, choices[:SOUGHT]))
     kind = "RRP" if slides else "RRR"
     matter = _matter_with(request, turn, choices[0].seed) if choices else None
     if matter is None:
@@ -225,12 +222,13 @@ def _tried(
         space = dyad_space(request, seed)
         if space is None or not _is_steady(space, turn):
             continue
-        matter = _matter_with(request, turn, seed)
+        matter = _matter_with(request, turn, seed, points=True)
         if matter is not None and _turns_well(request, space.linkage, turn):
             ahead.append(_Choice(seed, 0.0, matter.added_mass))
     yield from ahead
     for choice in _lightest_first(ahead)[:SOUGHT]:
-        matter = _matter_with(request, turn, resized := choice.seed.resized(1.0, pi))
+        resized = choice.seed.resized(1.0, pi)
+        matter = _matter_with(request, turn, resized, points=True)
         if matter is not None:
             yield _Choice(resized, pi, matter.added_mass)
 
@@ -241,7 +239,7 @@ def _sought(
     """Yield geometries at their best size and direction."""
 
     def mass_of(seed: DyadSeed) -> float:
-        matter = _matter_with(request, turn, seed)
+        matter = _matter_with(request, turn, seed, points=True)
         return inf if matter is None else matter.added_mass
 
     for choice in choices:
@@ -268,14 +266,18 @@ def _turns_well(request: RemedyRequest, linkage: Linkage, turn: CrankTurn) -> bo
 
 
 def _matter_with(
-    request: RemedyRequest, turn: CrankTurn, seed: DyadSeed
+    request: RemedyRequest, turn: CrankTurn, seed: DyadSeed, points: bool = False
 ) -> Counterweights | None:
-    """Find the least matter with a dyad; None if none balances at constant speed."""
+    """Find the least matter with a dyad; None if none balances at constant speed.
+
+    Args:
+        points: whether it is point masses, whatever density is asked for.
+    """
     space = dyad_space(request, seed)
     if space is None:
         return None
     links = (*request.links, *space.bodies[-DYAD_LINKS:])
-    return _least_matter(request, turn, space, links)
+    return _least_matter(request, turn, space, links, points)
 
 
 def _is_steady(space: DesignSpace, turn: CrankTurn) -> bool:
@@ -285,15 +287,18 @@ def _is_steady(space: DesignSpace, turn: CrankTurn) -> bool:
 
 
 def _least_matter(
-    request: RemedyRequest, turn: CrankTurn, space: DesignSpace, links: Sequence[str]
+    request: RemedyRequest,
+    turn: CrankTurn,
+    space: DesignSpace,
+    links: Sequence[str],
+    points: bool = False,
 ) -> Counterweights | None:
     """Find the least matter that balances at constant speed; None if the regions have none."""
-    whole = space if request.thickness else recompute_spatial(space)
+    density, thickness = (None, None) if points else (request.density, request.thickness)
+    whole = space if thickness else recompute_spatial(space)
     crank = int(space.linkage.positions_of([turn.joint.name])[0])
     steady = space_at_constant_speed(whole, crank)
-    return least_matter_or_none(
-        steady, links, request.regions, request.density, request.thickness
-    )
+    return least_matter_or_none(steady, links, request.regions, density, thickness)
 
 
 def _judge(request: RemedyRequest, turn: CrankTurn, built: _Built) -> AppliedRemedy:

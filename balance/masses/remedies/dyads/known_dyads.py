@@ -33,6 +33,8 @@ from kinematics.numerics.array_types import Array
 
 # Shortest link of a dyad, in characteristic lengths.
 SHORTEST = 0.05
+# Known geometries of each kind that a remedy tries, unless it is named.
+GEOMETRIES = 12
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_document
-from balance.masses.remedies.dyads.known_dyads import DyadSeed, dyad_seeds, hinges_of
+from balance.masses.remedies.dyads.known_dyads import DyadSeed, hinges_of
 from balance.masses.remedies.request import RemedyRequest
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
@@ -27,12 +27,6 @@ def why_no_dyad(request: RemedyRequest) -> str:
     if request.balance == "force":
         return "a dyad adds no freedom to balance forces: see counter-masses"
     return "" if hinges_of(request.linkage) else "the linkage has no hinge that moves"
-
-
-@lru_cache(maxsize=2)
-def known_seeds(linkage: Linkage) -> tuple[DyadSeed, ...]:
-    """List the known geometries of dyads of a linkage, once for all remedies."""
-    return tuple(dyad_seeds(linkage))
 
 
 def load_with_dyad(request: RemedyRequest, dyad: Dyad, numbers: Array) -> Linkage:

@@ -16,8 +16,7 @@ from balance.masses.remedies.dyads.constant_speed_dyad import (
 )
 from balance.masses.remedies.dyads.dyad_geometry import dyad_document
 from balance.masses.remedies.dyads.dyad_sizes import LARGEST, LEAST, best_size, size_words
-from balance.masses.remedies.dyads.known_dyads import DyadSeed
-from balance.masses.remedies.dyads.with_dyad import known_seeds
+from balance.masses.remedies.dyads.known_dyads import DyadSeed, dyad_seeds
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.size_search import lightest_between
 from balance.motion.verification.crank_revolution import revolve_crank
@@ -67,7 +66,7 @@ def test_equal_inertias_of_links_that_repeat_the_loop_have_a_constant_moment(wor
     request = RemedyRequest(as_linkage(MODEL))
     seed = next(
         seed
-        for seed in known_seeds(request.linkage)
+        for seed in dyad_seeds(request.linkage)
         if seed.words == words and {side.name for side in seed.dyad.sides} == {"base", "crank"}
     ).resized(0.7, 0.9)
     frame = request.linkage.chain.frame
@@ -146,7 +145,7 @@ def test_where_a_dyad_at_constant_speed_is_no_remedy(model, options, why):
 
 
 def seed_of_size_one() -> DyadSeed:
-    return known_seeds(as_linkage(MODEL))[0]
+    return next(dyad_seeds(as_linkage(MODEL)))
 
 
 @pytest.mark.parametrize(
@@ -189,7 +188,7 @@ def test_sizes_of_twenty_random_starts_agree():
     pair = tuple(applied.words.split(" between ")[1].split(":")[0].split(" and "))
     seed = next(
         seed
-        for seed in known_seeds(request.linkage)
+        for seed in dyad_seeds(request.linkage)
         if seed.dyad.slides and tuple(side.name for side in seed.dyad.sides) == pair
     )
     starts = np.random.default_rng(4).uniform(0.0, TURN, 20)

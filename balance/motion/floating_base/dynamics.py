@@ -28,10 +28,8 @@ from kinematics.closure.series import expand_from
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import displace_parameters, spatial_inertias
+from kinematics.model.spatial.screws import bracket_twists, turn_momenta
 from kinematics.numerics.array_types import Array
-
-# Cyclic permutations of the axes.
-NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 class MovingBodies(NamedTuple):
@@ -67,8 +65,10 @@ class MovingBodies(NamedTuple):
             b: its twist (6,).
         """
         h = self.momenta(b)
-        F = _apply(self.M, self.V_rate + _bracket(b, self.V)) + _turn(self.V + b, h)
-        whole = F.sum(axis=0) + _turn(b, base.M @ b)
+        F = _apply(self.M, self.V_rate + bracket_twists(b, self.V)) + turn_momenta(
+            self.V + b, h
+        )
+        whole = F.sum(axis=0) + turn_momenta(b, base.M @ b)
         return np.concatenate([whole, np.einsum("biw,bi->w", self.T, F)])
 
     def momenta(self, b: Array) -> Array:
@@ -123,30 +123,6 @@ class CarriedBodies:
             M[fixed] = spatial_inertias(self._z[fixed])
             T[fixed], V[:, fixed] = 0.0, 0.0
         return MovingBodies(M, T, V[0], V[1])
-
-
-def cross_products(a: Array, b: Array) -> Array:
-    """Compute cross products, in a fraction of the time of NumPy.
-
-    Args:
-        a: vectors (..., 3).
-        b: vectors (..., 3).
-    """
-    return a[..., NEXT] * b[..., LAST] - a[..., LAST] * b[..., NEXT]
-
-
-def _bracket(a: Array, t: Array) -> Array:
-    """Compute the Lie bracket ``ad(a) t`` of a twist (6,) with twists (bodies, 6)."""
-    bracket = cross_products(a[:3], t.reshape(-1, 2, 3)).reshape(t.shape)
-    bracket[:, 3:] += cross_products(a[3:], t[:, :3])
-    return bracket
-
-
-def _turn(t: Array, h: Array) -> Array:
-    """Compute ``-ad(t)ᵀ h``, the rate of momenta carried by twists (..., 6)."""
-    rates = cross_products(t[..., None, :3], h.reshape(*h.shape[:-1], 2, 3)).reshape(h.shape)
-    rates[..., :3] += cross_products(t[..., 3:], h[..., 3:])
-    return rates
 
 
 def _apply(M: Array, t: Array) -> Array:

@@ -23,10 +23,11 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.motion.floating_base.base import BaseInChain
-from balance.motion.floating_base.dynamics import CarriedBodies, MovingBodies, cross_products
+from balance.motion.floating_base.dynamics import CarriedBodies, MovingBodies
 from balance.motion.floating_base.pose_follower import PoseFollower
 from balance.motion.verification.input_paths import InputPath
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.vectors import cross_products
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.motion.floating_base.dynamics import cross_products
 from balance.motion.floating_base.equations import BaseEquations, BaseState
 from kinematics.model.arrays import Chain, freeze
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.vectors import cross_products
 
 
 class Samples(NamedTuple):

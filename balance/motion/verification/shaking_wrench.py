@@ -11,7 +11,7 @@ opposite one on its base.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +19,11 @@ from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import RATE_RESIDUAL_RELATIVE
 from balance.motion.verification.motion_kernels import (
+    fill_inertia_wrenches,
     fill_load_regressors,
     fill_loads,
     load_workspace,
+    wrench_workspace,
 )
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.conversions import to_chain
@@ -32,8 +34,7 @@ from kinematics.errors import LinkageError, PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.linkage import Linkage
-from kinematics.model.spatial.inertia import spatial_inertias, stack_parameters
-from kinematics.model.spatial.screws import Ad, ad, exp
+from kinematics.model.spatial.inertia import stack_parameters
 from kinematics.numerics.array_types import Array
 
 
@@ -125,10 +126,8 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
     return _filled(chain, (q, ud, udd), fill_loads, loads, chain_z)
 
 
-def inertia_wrenches(
-    chain: Chain, z: Array, q: Array, qd: Array, qdd: Array
-) -> Iterator[Array]:
-    """Compute the inertia wrenches of one body after the other, at all samples at once.
+def inertia_wrenches(chain: Chain, z: Array, q: Array, qd: Array, qdd: Array) -> Array:
+    """Compute the inertia wrench of each body at all samples.
 
     Along the tree, with the twist ``V`` and its rate ``A`` of each link and the momentum
     ``M V`` in the coordinates that the link carries along,
@@ -144,27 +143,26 @@ def inertia_wrenches(
         qd: their velocities (N, n).
         qdd: their accelerations (N, n).
 
-    Yields:
-        Wrenches ``[moment; force]`` (N, 6) of each body that moves, as in `inertia_loads`.
+    Returns:
+        Wrenches ``[moment; force]`` (N, bodies, 6), as in `inertia_loads`; zero for bodies
+        that cannot move.
 
     Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, section 5.3.
     """
-    H = np.empty((len(chain.parent), len(q), 4, 4))
-    V, A = np.empty((2, *H.shape[:2], 6))
-    still = np.eye(4), np.zeros(6), np.zeros(6)
-    for j, parent in enumerate(chain.parent.tolist()):
-        before, V_p, A_p = (H[parent], V[parent], A[parent]) if parent >= 0 else still
-        s, speed = Ad(before) @ chain.screws[j], qd[:, j, None]
-        carried = np.einsum("...ik,...k->...i", ad(V_p), s)
-        V[j], A[j] = V_p + s * speed, A_p + s * qdd[:, j, None] + carried * speed
-        H[j] = before @ exp(chain.screws[j], q[:, j])
-    inertias = spatial_inertias(to_chain(z, chain.frame, False, False))
-    for M, link in zip(inertias, chain.links.tolist(), strict=True):
-        if link >= 0:
-            back = np.linalg.inv(Ad(H[link]))
-            v, a = (np.einsum("kij,kj->ki", back, x[link]) for x in (V, A))
-            wrench = a @ M - np.einsum("kji,kj->ki", ad(v), v @ M)
-            yield np.einsum("kji,kj->ki", back, wrench)
+    wrenches = np.empty((len(q), chain.links.size, 6))
+    purpose = ("wrenches",)
+    workspace = chain.borrow(purpose, lambda: wrench_workspace(chain))
+    fill_inertia_wrenches(
+        chain.parent,
+        chain.screws,
+        chain.links,
+        to_chain(z, chain.frame, False, False),
+        (q, qd, qdd),
+        workspace,
+        wrenches,
+    )
+    chain.give_back(purpose, workspace)
+    return wrenches
 
 
 def inertia_sizes(chain: Chain, z: Array, q: Array, qd: Array, qdd: Array) -> Array:
@@ -177,7 +175,7 @@ def inertia_sizes(chain: Chain, z: Array, q: Array, qd: Array, qdd: Array) -> Ar
         The sums (N,) of norms of ``[moment; force]``.
     """
     wrenches = inertia_wrenches(chain, z, q, qd, qdd)
-    return sum((np.linalg.norm(each, axis=1) for each in wrenches), np.zeros(len(q)))
+    return np.asarray(np.linalg.norm(wrenches, axis=2).sum(axis=1))
 
 
 def shaking_along(
@@ -194,7 +192,7 @@ def shaking_along(
     chain = input_chain(linkage)
     motion = (x / chain.units for x in (trajectory.q, trajectory.qd, trajectory.qdd))
     wrenches = inertia_wrenches(chain, mass_parameters(linkage, z), *motion)
-    return wrench_to_si(sum(wrenches, np.zeros((len(trajectory.time), 6))), chain.frame)
+    return wrench_to_si(wrenches.sum(axis=1), chain.frame)
 
 
 def load_regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Loads:

@@ -97,7 +97,13 @@ class Trajectory:
 
 
 def drive(
-    linkage: Linkage, time: ArrayLike, u: ArrayLike, ud: ArrayLike, udd: ArrayLike
+    linkage: Linkage,
+    time: ArrayLike,
+    u: ArrayLike,
+    ud: ArrayLike,
+    udd: ArrayLike,
+    *,
+    start: Array | None = None,
 ) -> Trajectory:
     """Compute the motion of all joints for given motions of the inputs.
 
@@ -109,6 +115,8 @@ def drive(
             first sample is reached from the reference pose along a straight line.
         ud: velocities of the inputs (N, mobility).
         udd: accelerations of the inputs (N, mobility).
+        start: positions of all joints (n,) at the first sample, where they are known from a
+            motion on the linkage's branch.
 
     Returns:
         The motion of all joints.
@@ -124,7 +132,7 @@ def drive(
         )
     if not all(np.isfinite(x).all() for x in (t, *path)):
         raise PoseError(f"{linkage.source}: the motion must be of finite numbers")
-    outcome = _track(linkage, input_chain(linkage), (t, *path))
+    outcome = _track(linkage, input_chain(linkage), (t, *path), start=start)
     if isinstance(outcome, Trajectory):
         return outcome
     raise PoseError(
@@ -234,6 +242,8 @@ def _track(
     path: tuple[Array, ...],
     fastest: float = np.inf,
     least: float = 0.0,
+    *,
+    start: Array | None = None,
 ) -> Trajectory | float:
     """Follow a motion of the inputs: the trajectory, or the time at which it cannot go on.
 
@@ -242,25 +252,25 @@ def _track(
         path: time, displacements of the inputs, velocities, accelerations.
         fastest: bound on joint rates for unit rates of the inputs.
         least: bound on the conditioning, relative to the reference pose.
+        start: positions of all joints at the first sample; computed by default.
     """
     time, u, ud, udd = path
     scale = chain.units[linkage.positions_of(linkage.inputs)]
-    # Random motions start at the reference pose, where the loops are closed.
-    start = np.zeros(chain.parent.size)
-    if u[:1].any():
-        start = joint_positions(linkage, u[0]) / chain.units
+    if start is None:
+        # Random motions start at the reference pose, where the loops are closed.
+        start = joint_positions(linkage, u[0]) if u[:1].any() else np.zeros(chain.parent.size)
+    start = start / chain.units
     pose = forward_kinematics(chain, start)
     motion = tuple(np.zeros((time.size, chain.parent.size)) for _ in range(3))
     extremes = np.array([0.0, 1.0])
     # Predict along one direction only: the expansion has far fewer numbers.
     moves = freeze(chain.moves.any(axis=1, keepdims=True), np.bool_)
-    narrow = replace(chain, columns=freeze(chain.columns[:, :1]), moves=moves)
     advance = np.diff(u / scale, axis=0, append=u[-1:] / scale)
     lengths = np.sqrt(np.einsum("kw,kw->k", advance, advance))
     directions = advance / np.where(lengths > 0.0, lengths, 1.0)[:, None]
     lines = freeze((directions @ chain.columns.T)[:, :, None])
     purpose = ("motion",)
-    workspace = chain.borrow(purpose, lambda: motion_workspace(chain, narrow))
+    workspace = chain.borrow(purpose, lambda: motion_workspace(chain))
     reached = follow_samples(
         chain.walked,
         (lines, moves, lengths, (ud / scale)[:, None], (udd / scale)[:, None]),

@@ -12,9 +12,15 @@ import numpy as np
 from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.partial.partial_balance import PartialBalance
+from balance.motion.verification.trajectory import Trajectory
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.studies.sweeps.closing import ClosedGeometries
+from balance.studies.sweeps.swept_motion import (
+    MOTION_OPTIONS,
+    Options,
+    motion_of_options,
+)
 from balance.studies.sweeps.swept_reduction import reduction
 from balance.support.options import Balance
 from kinematics.closure.assembly.assemble import assemble
@@ -93,6 +99,7 @@ class SweptGeometry:
         self.lacks: dict[str, str] = {}
         self._weights: Counterweights | None = None
         self._reduction: PartialBalance | None = None
+        self._motions: list[tuple[Options, Trajectory]] = []
         self._options: dict[str, Any] = {"balance": balance, "spatial": spatial}
 
     @cached_property
@@ -151,6 +158,25 @@ class SweptGeometry:
         if self._weights is None:
             self._weights = counterweights(self.space, **options, relax=False, prove=False)
         return self._weights
+
+    def motion(self, options: Options, turn_samples: int) -> Trajectory:
+        """Compute the motion of the options of a quantity, once for all quantities with it.
+
+        Args:
+            options: see `balance.studies.sweeps.swept_motion.motion_of_options`.
+            turn_samples: steps of a turn, by default.
+
+        Raises:
+            LinkageError: see there.
+        """
+        asked = {name: options[name] for name in MOTION_OPTIONS if name in options}
+        asked["turn_samples"] = turn_samples
+        for known, way in self._motions:
+            if known == asked:
+                return way
+        way = motion_of_options(self.linkage, options, turn_samples)
+        self._motions.append((asked, way))
+        return way
 
     def reduction(self, options: Mapping[str, Any]) -> PartialBalance:
         """Compute the matter within a budget that lets it shake least, once.

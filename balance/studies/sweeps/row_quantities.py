@@ -297,14 +297,13 @@ def _shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float
     time; the peak of a turn is that of a parabola through closer samples about the largest.
     """
     linkage, z = geometry.linkage, options.get(MASSES)
-    way = motion_of_options(linkage, options, TURN_SAMPLES)
+    way = geometry.motion(options, TURN_SAMPLES)
     sizes = _sizes_along(linkage, way, z)
-    peaks = [
-        _peak(_sizes_along(linkage, near, z)[part])
-        if (near := _nearer(linkage, way, size))
-        else _peak(size)
-        for part, size in enumerate(sizes)
-    ]
+    peaks = [_peak(size) for size in sizes]
+    if isinstance(way.path, SteadyPath):
+        largest = np.argmax(sizes, axis=1).tolist()
+        closer = {k: _sizes_along(linkage, _nearer(linkage, way, k), z) for k in set(largest)}
+        peaks = [_peak(closer[k][part]) for part, k in enumerate(largest)]
     means = [float(np.sqrt(np.trapezoid(size * size) / (size.size - 1))) for size in sizes]
     return peaks[0], means[0], peaks[1], means[1]
 
@@ -315,14 +314,12 @@ def _sizes_along(linkage: Linkage, way: Trajectory, z: Array | None) -> Array:
     return np.array([np.linalg.norm(part, axis=1) for part in (force, moment)])
 
 
-def _nearer(linkage: Linkage, way: Trajectory, sizes: Array) -> Trajectory | None:
-    """Sample a turn of a crank again, closer, about its largest sample; None for others."""
-    if not isinstance(way.path, SteadyPath):
-        return None
-    k = int(np.argmax(sizes))
-    low, high = way.time[max(k - 1, 0)], way.time[min(k + 1, len(sizes) - 1)]
-    time = np.linspace(low, high, CLOSER_SAMPLES)
-    return drive(linkage, time, *way.path.at(time))
+def _nearer(linkage: Linkage, way: Trajectory, k: int) -> Trajectory:
+    """Sample a turn of a crank again, closer, about a sample."""
+    assert way.path is not None
+    first, last = max(k - 1, 0), min(k + 1, way.time.size - 1)
+    time = np.linspace(way.time[first], way.time[last], CLOSER_SAMPLES)
+    return drive(linkage, time, *way.path.at(time), start=way.q[first])
 
 
 def _peak(sizes: Array) -> float:

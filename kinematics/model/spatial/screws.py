@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.vectors import cross_products
 from kinematics.numerics.tolerances import SCREW_PART_RELATIVE
 from kinematics.wording import number_text, vector_text
 
@@ -70,6 +71,34 @@ def Ad(H: ArrayLike) -> Array:  # noqa: N802 - the name of the field
     matrix[..., :3, :3] = matrix[..., 3:, 3:] = R
     matrix[..., 3:, :3] = skew(H[..., :3, 3]) @ R
     return matrix
+
+
+def bracket_twists(a: Array, t: Array) -> Array:
+    """Compute ``ad(a) t`` of twists (..., 6) without the matrix; see `ad`.
+
+    Args:
+        a: twists of the bodies that carry the others along (..., 6).
+        t: twists that are carried along (..., 6).
+    """
+    turned = cross_products(a[..., None, :3], t.reshape(*t.shape[:-1], 2, 3))
+    rates = turned.reshape(*turned.shape[:-2], 6)
+    rates[..., 3:] += cross_products(a[..., 3:], t[..., :3])
+    return rates
+
+
+def carry_twists(H: Array, t: Array) -> Array:
+    """Compute ``Ad(H) t`` of displacements (..., 4, 4) and twists (..., 6); see `Ad`."""
+    parts = t.reshape(*t.shape[:-1], 2, 3) @ H[..., :3, :3].mT
+    carried = parts.reshape(*parts.shape[:-2], 6)
+    carried[..., 3:] += cross_products(H[..., :3, 3], carried[..., :3])
+    return carried
+
+
+def turn_momenta(t: Array, h: Array) -> Array:
+    """Compute ``-ad(t)ᵀ h``, the rates of momenta (..., 6) that twists (..., 6) carry along."""
+    rates = cross_products(t[..., None, :3], h.reshape(*h.shape[:-1], 2, 3)).reshape(h.shape)
+    rates[..., :3] += cross_products(t[..., 3:], h[..., 3:])
+    return rates
 
 
 def revolute(axis: ArrayLike, point: ArrayLike, pitch: float = 0.0) -> Array:

@@ -155,10 +155,11 @@ def _courses(request: RemedyRequest, turn: CrankTurn) -> _Courses:
     along = turn.trajectory
     motion = (x[:-1] / chain.units for x in (along.q, along.qd, along.qdd))
     wrenches = inertia_wrenches(chain, mass_parameters(linkage), *motion)
-    moving = [body.link for body in linkage.bodies if body.link != GROUND]
     torque = np.zeros(len(q))
-    for link, wrench in zip(moving, wrenches, strict=True):
-        torque += np.einsum("ki,ki->k", twists[link], wrench_to_si(wrench, chain.frame))
+    for b, body in enumerate(linkage.bodies):
+        if body.link != GROUND:
+            wrench = wrench_to_si(wrenches[:, b], chain.frame)
+            torque += np.einsum("ki,ki->k", twists[body.link], wrench)
     points = []
     for link, start in _candidates(linkage):
         way = poses[link][:, :3, :3] @ start + poses[link][:, :3, 3]

@@ -14,6 +14,7 @@ import numpy as np
 from kinematics.model.arrays import Chain, Frame, freeze
 from kinematics.model.linkage import Body, UnassembledLinkage
 from kinematics.numerics.array_types import Array, Flags, IntArray
+from kinematics.numerics.linalg.vectors import cross_products
 from kinematics.numerics.tolerances import (
     AXIS_ROUNDING,
     MEETING_AXES_COORDINATE,
@@ -38,8 +39,8 @@ def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chai
     # far from the inertial origin, moments about that are large, and so is their rounding.
     points = np.array([joint.point for joint in draft.joints]).reshape(n, 3)
     axes = screws[:, :3]
-    screws[:, 3:] -= np.cross(points, axes)
-    screws[:, 3:] += np.cross(points - frame.origin, axes)
+    screws[:, 3:] -= cross_products(points, axes)
+    screws[:, 3:] += cross_products(points - frame.origin, axes)
     screws[~sliding, 3:] /= frame.length
     units = np.where(sliding, frame.length, 1.0)
     ends = [(loop.end, loop.successor) for loop in draft.loops]
@@ -87,13 +88,15 @@ def _fitted_frame(draft: UnassembledLinkage) -> Frame:
     origin = points.mean(axis=0)
     screws = [joint.screw for joint in draft.joints if joint.kind != "prismatic"]
     turning = np.array(screws).reshape(-1, 6)
-    arms = np.cross(turning[:, :3], turning[:, 3:] + np.cross(turning[:, :3], origin))
+    arms = cross_products(
+        turning[:, :3], turning[:, 3:] + cross_products(turning[:, :3], origin)
+    )
     centres = centres_of_mass(draft.bodies)
     largest = max(float(np.abs(a).max(initial=0.0)) for a in (points, centres))
     meeting = not (draft.loops and screws and _are_parallel(turning))
-    least = max(
-        MEETING_AXES_COORDINATE * largest, MEETING_AXES_SIZE * extent(draft).length * meeting
-    )
+    least = MEETING_AXES_COORDINATE * largest
+    if meeting:
+        least = max(least, MEETING_AXES_SIZE * extent(draft).length)
     for candidate in (arms, centres - origin, points - origin):
         if len(candidate):
             length = float(np.sqrt(np.mean(np.sum(candidate**2, axis=1))))
@@ -104,7 +107,7 @@ def _fitted_frame(draft: UnassembledLinkage) -> Frame:
 
 def _are_parallel(turning: Array) -> bool:
     """Return whether the axes of screws (n, 6) are parallel but for rounding."""
-    return bool(np.abs(np.cross(turning[:, :3], turning[0, :3])).max() <= AXIS_ROUNDING)
+    return bool(np.abs(cross_products(turning[:, :3], turning[0, :3])).max() <= AXIS_ROUNDING)
 
 
 def centres_of_mass(bodies: Sequence[Body]) -> Array:

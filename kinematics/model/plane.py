@@ -10,7 +10,7 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import lock_joints
 from kinematics.numerics.array_types import Array, Flags
 from kinematics.numerics.linalg.ties import first_largest
-from kinematics.numerics.linalg.vectors import project_out
+from kinematics.numerics.linalg.vectors import cross_products, project_out
 from kinematics.numerics.tolerances import PLANAR_DEVIATION
 
 
@@ -40,7 +40,7 @@ def plane_normal(chain: Chain, tolerance: float = PLANAR_DEVIATION) -> Array | N
         return None
     n = n * np.sign(n[first_largest(np.abs(n))])
     along = np.abs(np.sum(turning[:, :3] * turning[:, 3:], axis=1))
-    off_axis = np.linalg.norm(np.cross(turning[:, :3], n), axis=1)
+    off_axis = np.linalg.norm(cross_products(turning[:, :3], n), axis=1)
     out_of_plane = np.abs(sliding @ n)
     worst = max(a.max(initial=0.0) for a in (along, off_axis, out_of_plane))
     return n if worst <= tolerance else None
@@ -55,7 +55,7 @@ def plane_axes(normal: Array) -> Array:
     helper = np.eye(3)[(first_largest(np.abs(normal)) + 1) % 3]
     x = project_out(helper, normal)
     x /= np.linalg.norm(x)
-    return np.array([x, np.cross(normal, x), normal])
+    return np.array([x, cross_products(normal, x), normal])
 
 
 def flatten(chain: Chain, normal: Array) -> Chain:

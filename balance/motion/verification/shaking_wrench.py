@@ -36,6 +36,7 @@ from kinematics.model.arrays import Chain, Frame
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import stack_parameters
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.vectors import cross_products
 
 
 class Loads(NamedTuple):
@@ -242,7 +243,7 @@ def wrench_to_si(wrenches: Array, frame: Frame) -> Array:
         ``[moment; force]`` (..., 6), N m and N, or N m s and N s.
     """
     force = frame.length * wrenches[..., 3:]
-    moment = frame.length**2 * wrenches[..., :3] + np.cross(frame.origin, force)
+    moment = frame.length**2 * wrenches[..., :3] + cross_products(frame.origin, force)
     return np.concatenate([moment, force], axis=-1)
 
 

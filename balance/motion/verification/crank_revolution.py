@@ -47,6 +47,8 @@ STEPS = 720
 PHASES = (0.0, 0.4)
 # Steps of a revolution that is only tried, and most inputs for which turns are tried.
 TRIAL_STEPS, MOST_TRIED = 180, 6
+# Stands in messages for a limit that was not asked for.
+NO_LIMIT = "#"
 # Speeds outside this range, radians per second, make forces that underflow or overflow.
 SLOWEST = 1e-6
 FASTEST = 1e6
@@ -77,6 +79,8 @@ def revolve_crank(
     joint: str | None = None,
     motion: Motion | None = None,
     steps: int = STEPS,
+    *,
+    explain: bool = True,
 ) -> tuple[Trajectory, Crank]:
     """Compute one revolution of a crank at constant speed, both ends included.
 
@@ -87,6 +91,8 @@ def revolve_crank(
             still, or follow if the motion relates them to the crank.
         motion: restriction of the inputs; free by default.
         steps: steps of the revolution; half a degree each by default.
+        explain: whether the message for a crank that cannot turn fully gives its limits, and
+            what turns instead, which takes longer than many turns.
 
     Returns:
         The motion in time, from the reference pose on, and the crank.
@@ -111,7 +117,10 @@ def revolve_crank(
             trajectory = _revolution(linkage, speed, rates, phase, steps)
             if trajectory.conditioning > CONDITIONING_SINGULAR:
                 return trajectory, Crank(joint, speed, _is_periodic(linkage, trajectory))
-    limits = _limits_text(linkage, joint, rates)
+    if not explain:
+        raise PoseError(f"{linkage.source}: {_limits_text(joint, NO_LIMIT, NO_LIMIT)}")
+    low, high = map(degrees, crank_limits(linkage, joint, rates))
+    limits = _limits_text(joint, number_text(low, ".2f"), number_text(high, ".2f"))
     raise PoseError(f"{linkage.source}: {limits}; {_turning_motion_text(linkage, speed)}")
 
 
@@ -240,12 +249,11 @@ def crank_limits(linkage: Linkage, joint: str, rates: Array) -> tuple[float, flo
     return low * float(chain.units[crank]), high * float(chain.units[crank])
 
 
-def _limits_text(linkage: Linkage, joint: str, rates: Array) -> str:
-    """Describe how far the crank can turn either way from the reference pose."""
-    low, high = map(degrees, crank_limits(linkage, joint, rates))
+def _limits_text(joint: str, low: str, high: str) -> str:
+    """Describe how far the crank can turn either way from the reference pose, in degrees."""
     return (
-        f"the crank {joint} cannot turn fully: only from {number_text(low, '.2f')}° to "
-        f"{number_text(high, '.2f')}° about the reference pose"
+        f"the crank {joint} cannot turn fully: only from {low}° to {high}° about the reference "
+        "pose"
     )
 
 

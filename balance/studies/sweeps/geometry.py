@@ -174,7 +174,8 @@ class SweptGeometry:
         for known, way in self._motions:
             if known == asked:
                 return way
-        way = motion_of_options(self.linkage, options, turn_samples)
+        # Reasons of rows have no numbers, and no remedy.
+        way = motion_of_options(self.linkage, options, turn_samples, explain=False)
         self._motions.append((asked, way))
         return way
 

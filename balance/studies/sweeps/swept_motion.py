@@ -23,12 +23,15 @@ REMEDY = (
 )
 
 
-def motion_of_options(linkage: Linkage, options: Options, turn_samples: int) -> Trajectory:
+def motion_of_options(
+    linkage: Linkage, options: Options, turn_samples: int, *, explain: bool = True
+) -> Trajectory:
     """Compute the motion of the options of a quantity.
 
     Args:
         options: with ``speed``, or with ``poses``.
         turn_samples: steps of a turn, by default.
+        explain: as for `balance.motion.verification.crank_revolution.revolve_crank`.
 
     Raises:
         UsageError: both are given, or neither.
@@ -38,7 +41,8 @@ def motion_of_options(linkage: Linkage, options: Options, turn_samples: int) -> 
         raise UsageError(f"give either speed, of a crank in rad/s, or poses; {REMEDY}")
     if "speed" in options:
         steps = options.get("samples", turn_samples)
-        return revolve_crank(linkage, options["speed"], options.get("crank"), steps=steps)[0]
+        speed, crank = options["speed"], options.get("crank")
+        return revolve_crank(linkage, speed, crank, steps=steps, explain=explain)[0]
     return rest_to_rest(
         linkage,
         options["poses"],

@@ -62,7 +62,7 @@ def reduction(linkage: Linkage, balance: Balance, options: Options) -> PartialBa
         LinkageError: see `balance.partial`.
     """
     limits = {name: options[name] for name in LIMITS if name in options}
-    motions = _motions(linkage, options)
+    motions = _motions(linkage, options, explain=False)
     space = design_space(linkage, None, balance, max_order=0)
     return partial(space, options["links"], options["budget"], motions=motions, **limits)
 
@@ -74,7 +74,7 @@ def check_reduce(linkage: Linkage, options: Options) -> None:
     if "budget" not in options:
         raise UsageError('no budget of matter; write budget = "0.5kg"')
     check_budget(options["budget"])
-    motions = _motions(linkage, options)
+    motions = _motions(linkage, options, explain=True)
     if motions is None:
         motions = list(random_motions(linkage, 1, SAMPLES))
     limits = {name: options[name] for name in LIMITS if name in options}
@@ -82,8 +82,8 @@ def check_reduce(linkage: Linkage, options: Options) -> None:
     build_problem(space, options["links"], ShakingOptions(motions=motions, **limits))
 
 
-def _motions(linkage: Linkage, options: Options) -> list[Trajectory] | None:
+def _motions(linkage: Linkage, options: Options, explain: bool) -> list[Trajectory] | None:
     """Compute the motion of the options; None for the random ones."""
     if not any(name in options for name in MOTION_OPTIONS):
         return None
-    return [motion_of_options(linkage, options, STEPS)]
+    return [motion_of_options(linkage, options, STEPS, explain=explain)]

@@ -157,6 +157,9 @@ def test_a_crank_that_cannot_turn_says_how_far(links, tmp_path):
         revolve_crank(kinematics.load(path), 10.0)
     low, high = map(float, re.findall(r"(-?[\d.]+)°", str(caught.value)))
     assert str(caught.value).startswith(f"{path}: the crank u1 cannot turn fully: only from ")
+    with pytest.raises(PoseError) as brief:
+        revolve_crank(kinematics.load(path), 10.0, explain=False)
+    assert re.sub(r"-?[\d.]+°", "#°", str(caught.value)).startswith(f"{brief.value}; ")
     ends = [
         math.degrees(math.acos((a * a + d * d - e * e) / (2.0 * a * d)))
         for e in (b - c, b + c)

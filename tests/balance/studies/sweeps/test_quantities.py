@@ -12,6 +12,9 @@ import balance
 import kinematics
 from balance.masses.partial.motion_loads import input_inertia
 from balance.motion.verification.crank_revolution import revolve_crank
+from balance.motion.verification.shaking_wrench import mass_parameters
+from balance.motion.verification.verify_motions import PinocchioModel
+from balance.studies.sweeps import swept_motion
 from kinematics.model.document.element import Document
 from tests.support.points import point_counterweights
 from tests.support.sweep_topologies import gallery_text, write_numbers
@@ -76,6 +79,55 @@ def test_shaking_and_inertia_do_not_depend_on_where_the_file_stands():
         mean = np.sqrt(np.trapezoid(force**2) / (force.size - 1))
         assert table["rms_force"][row] == pytest.approx(mean, rel=1e-3)
         assert table["inertia_u1"][row] == pytest.approx(input_inertia(linkage)["u1"], rel=1e-9)
+
+
+def test_turns_in_a_sweep_are_those_of_the_written_files():
+    """By Pinocchio, at as many samples; cranks that cannot turn have no numbers."""
+    samples, bases = 12, [1.5, 1.1]
+    table = balance.sweep(
+        "four_bar_general",
+        {"q4.origin.x": bases},
+        quantities={"shaking": {"speed": "300rpm", "samples": samples}},
+    )
+    why = "shaking: the crank u1 cannot turn fully: only from #° to #° about the reference pose"
+    assert table["reason"].tolist() == [why, ""]
+    assert np.isnan(table["peak_force"][0])
+    text = write_numbers(gallery_text("four_bar_general"), {"q4.origin.x": bases[1]})
+    linkage = kinematics.load(Document("written", text.encode()), at={"u1": 0.0})
+    way, _ = revolve_crank(linkage, 10.0 * np.pi, steps=samples)
+    wrench = PinocchioModel(linkage, mass_parameters(linkage)).reactions(way)
+    for name, part in (("force", wrench[:, 3:]), ("moment", wrench[:, :3])):
+        size = np.linalg.norm(part, axis=1)
+        mean = np.sqrt(np.trapezoid(size**2) / samples)
+        assert table[f"rms_{name}"][1] == pytest.approx(mean, rel=1e-9)
+        # The peak is that of closer samples about the largest one.
+        assert size.max() * (1 - 1e-9) <= table[f"peak_{name}"][1] < 1.2 * size.max()
+
+
+def test_quantities_of_one_motion_follow_it_once(monkeypatch):
+    """Two turns of each geometry, before and after matter is added, are one; others are not."""
+    followed = []
+
+    def counted(linkage, *args, **options):
+        followed.append(options["steps"])
+        return revolve_crank(linkage, *args, **options)
+
+    monkeypatch.setattr(swept_motion, "revolve_crank", counted)
+    turn = {"speed": 5.0, "samples": 6}
+    quantities = {
+        "counterweights": {"links": ["crank", "rocker"], "density": "none"},
+        "shaking": turn,
+        "shaking after counterweights": {**turn, "samples": 8},
+    }
+    values = {"q4.origin.x": [1.15]}
+    apart = balance.sweep("four_bar_general", values, balance="force", quantities=quantities)
+    assert sorted(followed) == [6, 6, 8, 8]  # one of each is that of the model
+    followed.clear()
+    quantities["shaking after counterweights"] = turn
+    together = balance.sweep("four_bar_general", values, balance="force", quantities=quantities)
+    assert followed == [6, 6, 6]  # the options of each quantity are checked against the model
+    assert np.array_equal(together["peak_moment"], apart["peak_moment"])
+    assert together["peak_force_after"].max() < 1e-9 * together["peak_force"].min()
 
 
 def test_verdicts_only_where_the_rank_drops():

@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from balance.motion.verification import motion_kernels
+from balance.motion.verification.shaking_wrench import inertia_loads, inertia_wrenches
+from balance.motion.verification.shaking_wrench import mass_parameters as masses_of
 from balance.space.momentum import regressor_kernels
 from kinematics.closure import series
+from kinematics.closure.joint_positions import input_chain
+from kinematics.loading.model_gallery import load
 from kinematics.numerics.compiled.background import compile_mode
 from kinematics.numerics.linalg import null_space, pivoted_qr
 from kinematics.numerics.linalg.pivoted_qr import Factor, factor_workspace
@@ -14,6 +19,7 @@ from kinematics.numerics.linalg.pivoted_qr import Factor, factor_workspace
 RNG = np.random.default_rng(3)
 RANK, MORE, P = 18, 4, 21
 MODULES = {
+    motion_kernels: ("fill_inertia_wrenches",),
     null_space: ("orthonormal", "put_solutions"),
     pivoted_qr: ("append_rows", "contains_rows", "put_factor", "take_factor", "update_factor"),
     regressor_kernels: ("spatial_regressor",),
@@ -168,6 +174,45 @@ def test_rows_of_the_regressor(force, moved):
             )
         results.append(X)
     assert np.allclose(*results, atol=1e-12) and np.abs(results[0]).max() > 1.0
+
+
+@pytest.mark.parametrize("resting", [False, True])
+def test_inertia_wrenches(resting):
+    """Of a helix, a slide and hinges in space, one after another, and a body on the ground."""
+    rng = np.random.default_rng(12)
+    parent, links = np.array([-1, 0, 1, 0]), np.array([0, -1, 2, 3, 1])
+    screws = rng.standard_normal((4, 6))
+    screws[2, :3] = 0.0
+    sizes = np.linalg.norm(screws[:, :3], axis=1)
+    screws /= np.where(sizes > 0.0, sizes, np.linalg.norm(screws[:, 3:], axis=1))[:, None]
+    z = rng.standard_normal((5, 10))
+    motion = tuple(rng.standard_normal((3, 7, 4)))
+    if resting:
+        motion = motion[0], 0.0 * motion[1], 0.0 * motion[2]
+    results = []
+    for functions in (LOOPS, WHOLE):
+        work = np.empty((5, 4, 4)), np.empty((4, 6)), np.zeros((2, 5, 6)), np.empty((8, 3))
+        wrenches = np.full((7, 5, 6), np.nan)
+        functions["fill_inertia_wrenches"](parent, screws, links, z, motion, work, wrenches)
+        results.append(wrenches)
+    assert np.allclose(*results, rtol=1e-12, atol=1e-12)
+    assert not results[0][:, 1].any() and not results[1][:, 1].any()
+    assert bool(results[0].any()) is not resting
+
+
+@pytest.mark.parametrize("model", ["slider_crank", "rusr"])
+def test_inertia_wrenches_by_velocities_of_all_joints_and_by_those_of_inputs(model):
+    """Along the tree, without the loops, and by the series that close the loops."""
+    linkage = load(model)
+    chain, z = input_chain(linkage), masses_of(linkage)
+    ud, udd = np.array([[1.3]]), np.array([[-0.7]])
+    expanded = series.expand_from(chain, chain.screws, ud, 1)
+    qd = expanded.C[0, 0] @ ud[0]
+    qdd = expanded.C[0, 0] @ udd[0] + expanded.C[0, 1] @ ud[0]
+    at = np.zeros((1, chain.parent.size))
+    expected = inertia_loads(chain, z, at, ud, udd).rate
+    actual = inertia_wrenches(chain, z, at, qd[None], qdd[None])
+    assert np.abs(actual - expected).max() < 1e-12 * np.abs(expected).max()
 
 
 def test_what_is_not_compiled_calls_the_function_of_whole_arrays():

@@ -8,5 +8,6 @@ runs. The results of a method ``row`` are printed as a table. Setup, a tracked v
 that raises NotImplementedError, because a library is missing, is left out. Only ratios within
 one run are meaningful, since the machine may be shared. The lines of `benchmarks.harness.table`
 are printed at the end of a run. ``python -m benchmarks.against COMMIT`` compares design spaces
-with those of another commit; ``python -m benchmarks.profiles NAME`` profiles a claim.
+with those of another commit, or with ``--sweeps`` a geometry of a sweep; ``python -m
+benchmarks.profiles NAME`` profiles a claim.
 """

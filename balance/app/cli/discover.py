@@ -12,7 +12,7 @@ from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, Verbs, add_json_option
 from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED, verdict_code
 from balance.app.cli.number_arguments import (
-    MAX_WORKERS,
+    add_workers,
     point,
     positive_number,
     whole_number,
@@ -113,12 +113,7 @@ def _add_run(kinds: Verbs) -> None:
         action="store_true",
         help="go on with a file that this search has begun; begin it, if there is none",
     )
-    parser.add_argument(
-        "--workers",
-        type=whole_number(0, MAX_WORKERS),
-        metavar="N",
-        help="processes on this machine (default: one per core; 0: this process alone)",
-    )
+    add_workers(parser, keeps_results=True)
     add_json_option(parser, _compute)
 
 

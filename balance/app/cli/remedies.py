@@ -15,7 +15,7 @@ from balance.app.cli.matter_options import add_matter_options, check_matter_opti
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.next_command import reduce_command
 from balance.app.cli.number_arguments import (
-    MAX_WORKERS,
+    add_workers,
     positive_number,
     positive_quantity,
     whole_number,
@@ -78,13 +78,7 @@ def add_remedies(parser: Parser) -> None:
         metavar="N",
         help="also N points of mass against input inertia",
     )
-    group.add_argument(
-        "--workers",
-        type=whole_number(1, MAX_WORKERS),
-        default=1,
-        metavar="N",
-        help="processes that apply remedies (default 1)",
-    )
+    add_workers(group, keeps_results=False)
     add_density_option(parser, "matter")
     parser.group("output").add_argument(
         "--out",

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.partial.budgets import single
-from balance.masses.partial.least_violation import LeastViolation, missed_by
-from balance.masses.partial.partial_balance import ParetoFront
-from balance.masses.partial.shaking_problem import ShakingOptions
+from balance.masses.partial_balance.budgets import single
+from balance.masses.partial_balance.least_violation import LeastViolation, missed_by
+from balance.masses.partial_balance.partial_balance import ParetoFront
+from balance.masses.partial_balance.shaking_problem import ShakingOptions
 from balance.masses.payload import Payload, carrying, point_parameters, with_parameters
 from kinematics.wording import number_text, repr_lines, size_text
 

@@ -23,10 +23,14 @@ from balance.masses.counterweights.moved_matter import nothing_taken
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
-from balance.masses.partial.added_weights import check_budget, counterweights_at
-from balance.masses.partial.least_shaking import LeastShaking, least_shaking, quadratic_factor
-from balance.masses.partial.motion_loads import AddedParameters
-from balance.masses.partial.shaking_program import ShakingProgram
+from balance.masses.partial_balance.added_weights import check_budget, counterweights_at
+from balance.masses.partial_balance.least_shaking import (
+    LeastShaking,
+    least_shaking,
+    quadratic_factor,
+)
+from balance.masses.partial_balance.motion_loads import AddedParameters
+from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial

@@ -2,7 +2,7 @@
 
 With the triangular factor R of all weighted samples (QR, never the Gram matrix, which would
 lose half of the digits), the root mean square of the shaking is ``|R [s; 1]|`` at the
-coordinates s of the added matter (`balance.masses.partial.motion_loads`). The program
+coordinates s of the added matter (`balance.masses.partial_balance.motion_loads`). The program
 
     minimise t    |R [s; 1]| ≤ t,  s in the cones of the regions,  mass(s) ≤ budget,
                   |A_k [s; 1]| ≤ cap_k at every sample
@@ -48,7 +48,7 @@ from balance.masses.counterweights.cylinder_points import first_points
 from balance.masses.counterweights.moved_matter import PRICE_OF_MOVING, shifted
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.volume.stock import fill, support_function, whole_and_halves
-from balance.masses.partial.shaking_program import ShakingProgram
+from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.support.clarabel_adapter import (
     TRIANGLES,
     ConstraintBlock,

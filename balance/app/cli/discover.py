@@ -292,7 +292,7 @@ def _show(arguments: argparse.Namespace) -> Answer:
             advance(len(examined), len(search.families))
     families_data(data, examined)
 
-    def files() -> Files:
+    def prepare_files() -> Files:
         from balance.app.answers.html.families import families_page
 
         return {"html": partial(families_page, search.job, data, examined)}
@@ -301,7 +301,7 @@ def _show(arguments: argparse.Namespace) -> Answer:
         DONE if search.families else NEGATIVE,
         lambda: data,
         lambda: search_body(data, search.job.topology),
-        files=files,
+        files=prepare_files,
     )
 
 
@@ -423,10 +423,10 @@ def _walk(arguments: argparse.Namespace) -> Answer:
     walk = watch_walk(job, start)
     data = walk_data(walk)
 
-    def files() -> Files:
+    def prepare_files() -> Files:
         from balance.app.answers.html.walk import walk_page
 
         return {"html": partial(walk_page, walk)}
 
     code = DONE if walk.outcome == "special" else NEGATIVE
-    return Answer(code, lambda: data, lambda: walk_body(data), files=files)
+    return Answer(code, lambda: data, lambda: walk_body(data), files=prepare_files)

@@ -115,7 +115,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         lambda: remedies_body(comparison, reduce),
         comparison.request.space.warnings,
         f"not written, for no remedy helps: {undrawn}" if undrawn else "",
-        lambda: _files(arguments, comparison),
+        lambda: _prepare_remedy_files(arguments, comparison),
     )
 
 
@@ -125,8 +125,8 @@ def _print_result(applied: AppliedRemedy) -> None:
     print_on_terminal(f"{applied.short}: {applied.verdict}{added}")
 
 
-def _files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:
-    """Find what makes the page, the picture, and the files of the remedies that help."""
+def _prepare_remedy_files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:
+    """Prepare the makers of page and picture, and of the files of the remedies that help."""
     from balance.masses.remedies.compare import remedy_files
 
     files = dict(result_files(arguments, comparison))

@@ -172,7 +172,7 @@ def identify(
             f"loads: {len(measured.time)} samples of {first_names(measured.channels)} are too "
             "few for so many unknowns: measure for longer"
         )
-    return _answer(
+    return _collect_result(
         space, trajectory, measured, rows, Y, fit, sensors, pull, point, prior, cutoff
     )
 
@@ -217,7 +217,7 @@ def _sensor_columns(
     return sensors
 
 
-def _answer(
+def _collect_result(
     space: DesignSpace,
     trajectory: Trajectory,
     measured: Measurements,

@@ -329,8 +329,8 @@ def missed_by(answer: LeastViolation, z: Array) -> float:
     for region, item in zip(space.regions, answer.violations, strict=True):
         rows = region.rows.reshape(len(region.rows), len(space.bodies), size)
         alone = np.linalg.norm(np.einsum("rbp,bp->rb", rows, given), axis=0).sum() or 1.0
-        left = float(np.linalg.norm(np.einsum("rbp,bp->r", rows, other)) / alone)
-        total += item.weight * left**2
+        violation = float(np.linalg.norm(np.einsum("rbp,bp->r", rows, other)) / alone)
+        total += item.weight * violation**2
     return float(np.sqrt(total))
 
 

@@ -129,8 +129,8 @@ def orders(geometry: SweptGeometry, options: Options) -> tuple[int, ...]:
     """Compute the rank up to each order; it stays once it is that of the space."""
     space, count = geometry.space, options.get("count", ORDERS)
     ranks = [order.rank for order in space.orders][:count]
-    rest = space.rank if ranks and ranks[-1] == space.rank else -1
-    return (*ranks, *[rest] * (count - len(ranks)))
+    last_rank = space.rank if ranks and ranks[-1] == space.rank else -1
+    return (*ranks, *[last_rank] * (count - len(ranks)))
 
 
 def _check_orders(linkage: Linkage, options: Options) -> None:

@@ -86,17 +86,20 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
     """
     shown = [design for design in front.designs if design.shaking is not None]
     mass = np.array([design.mass for design in shown])
-    left = [("shaking force (N, rms)", "force"), ("shaking moment (N m, rms)", "moment")]
+    shaking_panels = [
+        ("shaking force (N, rms)", "force"),
+        ("shaking moment (N m, rms)", "moment"),
+    ]
     if front.frame is not None:
-        left.append(("vibration of the frame (m, rms)", "vibration"))
-    right = [
+        shaking_panels.append(("vibration of the frame (m, rms)", "vibration"))
+    input_panels = [
         ("inertia felt, of that in the file", "inertia"),
         ("peak torque, of that in the file", "torque"),
     ]
 
     def draw(figure: Any) -> None:
-        axes = figure.subplots(len(left), 2, sharex=True, squeeze=False)
-        for ax, (title, name) in zip(axes[:, 0], left, strict=True):
+        axes = figure.subplots(len(shaking_panels), 2, sharex=True, squeeze=False)
+        for ax, (title, name) in zip(axes[:, 0], shaking_panels, strict=True):
             ax.plot(
                 mass,
                 [getattr(design.shaking, name) for design in shown],
@@ -105,16 +108,16 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
                 color=COLOURS[0],
             )
             _label(ax, title)
-        for ax, (title, name) in zip(axes[:, 1], right, strict=False):
+        for ax, (title, name) in zip(axes[:, 1], input_panels, strict=False):
             _draw_inputs(ax, mass, shown, name)
             _label(ax, title)
-        for ax in axes[len(right) :, 1]:
+        for ax in axes[len(input_panels) :, 1]:
             ax.set_axis_off()
         for ax in axes[-1]:
             ax.set_xlabel("added mass (kg)")
         axes[0, 0].set_title(front.designs[0].space.linkage.name, loc="left")
 
-    return image((9.0, 2.8 * len(left)), kind, draw)
+    return image((9.0, 2.8 * len(shaking_panels)), kind, draw)
 
 
 def front_section(front: ParetoFront) -> str:

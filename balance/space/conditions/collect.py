@@ -248,7 +248,7 @@ def add_pose_conditions(
 
 
 def selected_rows_at(chain: Chain, pose: Pose, force: bool, select: Array | None) -> Array:
-    """Compute the conditions at a finite pose; see `add_poses`."""
+    """Compute the conditions at a finite pose; see `add_pose_conditions`."""
     rows = rows_at(chain, pose, force)
     if select is None:
         return rows

@@ -49,8 +49,8 @@ class LoadsLeft(NamedTuple):
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON."""
         low, mean, high = self.values
-        left = {"low": low, "mean": mean, "high": high}
-        return {**self.payload.to_dict(), "quantity": self.quantity, "left": left}
+        by_load = {"low": low, "mean": mean, "high": high}
+        return {**self.payload.to_dict(), "quantity": self.quantity, "left": by_load}
 
 
 def shaking_left(
@@ -94,9 +94,11 @@ def violation_left(answer: LeastViolation, payload: Payload) -> LoadsLeft:
         for k, body in enumerate(space.linkage.bodies)
         if body.link == space.linkage.places[payload.link].link
     )
-    left = []
+    missed = []
     for load in (payload.low, payload.high):
         z = np.array(answer.z)
         z[b] += point_parameters(space.linkage, payload, load - payload.mean)
-        left.append(missed_by(answer, z))
-    return LoadsLeft(payload, "root of the sum of squares", (left[0], answer.total, left[1]))
+        missed.append(missed_by(answer, z))
+    return LoadsLeft(
+        payload, "root of the sum of squares", (missed[0], answer.total, missed[1])
+    )

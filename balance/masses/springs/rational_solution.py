@@ -165,6 +165,6 @@ def _solve_square(
                 ]
     x = [Fraction(0)] * n
     for k in range(n - 1, -1, -1):
-        rest = sum((M[k][j] * x[j] for j in range(k + 1, n) if M[k][j]), Fraction(0))
-        x[k] = (M[k][n] - rest) / M[k][k]
+        later_terms = sum((M[k][j] * x[j] for j in range(k + 1, n) if M[k][j]), Fraction(0))
+        x[k] = (M[k][n] - later_terms) / M[k][k]
     return x

@@ -28,7 +28,7 @@ from balance.masses.identification.measurements import require_bodies
 from balance.motion.motion_tolerances import CONDITIONING_LEAST
 from balance.motion.quiet.limits import InputLimits, Limit, input_limits
 from balance.motion.verification.given_motions import table_of_motion
-from balance.motion.verification.input_paths import SinePath, motion_data, sample_path
+from balance.motion.verification.input_paths import SinePath, input_path_data, sample_input_path
 from balance.motion.verification.joint_limits import joint_limits
 from balance.motion.verification.trajectory import (
     AMPLITUDE_FACTOR,
@@ -139,7 +139,7 @@ class ExcitingMotion(WithPage, WithPicture):
         Args:
             count: number of samples.
         """
-        return sample_path(self.path, self.duration, count)
+        return sample_input_path(self.path, self.duration, count)
 
     def table(self, path: str | PathLike[str] | None = None) -> bytes:
         """Write the motion as a table that ``balance verify --csv`` reads.
@@ -174,7 +174,7 @@ class ExcitingMotion(WithPage, WithPicture):
                 name: {"position": a, "velocity": b, "acceleration": c}
                 for name, a, b, c in zip(inputs, *peaks, strict=True)
             },
-            "motion": motion_data(*motion),
+            "motion": input_path_data(*motion),
             "warnings": [notice._asdict() for notice in self.notices],
         }
 

@@ -15,7 +15,11 @@ from balance.motion.motion_tolerances import (
 from balance.motion.quiet.limits import InputLimits, LimitExceeded
 from balance.motion.quiet.objective import QuietObjective, overall
 from balance.motion.verification.given_motions import table_of_motion
-from balance.motion.verification.input_paths import InputPath, motion_data, sample_path
+from balance.motion.verification.input_paths import (
+    InputPath,
+    input_path_data,
+    sample_input_path,
+)
 from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
 from balance.support.options import GRAVITY
@@ -280,7 +284,7 @@ class QuietMotion(WithPage, WithPicture):
         Args:
             count: number of samples.
         """
-        return sample_path(self.path, self.duration, count)
+        return sample_input_path(self.path, self.duration, count)
 
     def trajectory(self, count: int = 201) -> Trajectory:
         """Compute the motion of all joints.
@@ -335,7 +339,7 @@ class QuietMotion(WithPage, WithPicture):
             "exceeded": None if self.exceeded is None else self.exceeded._asdict(),
             "shortest": self.shortest,
             "front": [{"duration": at, "value": value} for at, value in self.front],
-            "motion": motion_data(*self.samples(101)),
+            "motion": input_path_data(*self.samples(101)),
             "warnings": [notice._asdict() for notice in self.notices],
         }
 

@@ -26,7 +26,7 @@ class InputPath(Protocol):
         ...
 
 
-def sample_path(path: InputPath, duration: float, count: int) -> tuple[Array, ...]:
+def sample_input_path(path: InputPath, duration: float, count: int) -> tuple[Array, ...]:
     """Compute time (N,), displacements, velocities and accelerations (N, inputs) of a path.
 
     Args:
@@ -37,7 +37,7 @@ def sample_path(path: InputPath, duration: float, count: int) -> tuple[Array, ..
     return time, *path.at(time)
 
 
-def motion_data(
+def input_path_data(
     time: Array, position: Array, velocity: Array, acceleration: Array
 ) -> dict[str, object]:
     """Return samples of a path as plain data for JSON."""

@@ -43,7 +43,7 @@ def map_in_processes(
         yield from map(function, items)
         return
     context = get_context("spawn")
-    with ProcessPoolExecutor(workers, context, _begin, (begin,)) as pool:
+    with ProcessPoolExecutor(workers, context, _begin_worker, (begin,)) as pool:
         try:
             yield from pool.map(function, items)
         except BrokenProcessPool as error:
@@ -54,7 +54,7 @@ def map_in_processes(
             ) from error
 
 
-def _begin(begin: Callable[[], object] | None) -> None:
+def _begin_worker(begin: Callable[[], object] | None) -> None:
     """Begin a process: it ends with this one, and silently with Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     end_with_parent()

@@ -89,7 +89,7 @@ COMMANDS = {
         "balance springs robot.urdf --between base,arm",
     ),
     "flex": Command(
-        "links that bend: modes, supports, similar counter-arms, simulation",
+        "links that bend: modes of a beam, supports, similar counter-arms, simulation",
         "balance flex simulate robot.urdf --flex coupler=EI:5,rhoA:1",
     ),
     "motion": Command(

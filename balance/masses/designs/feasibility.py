@@ -372,7 +372,7 @@ def _design(
     """Return the verdict with the design at coordinates x; None if its check rejects it."""
     if not np.isfinite(x).all():
         return None
-    least = program.cone.least(program.cone.sums_at(x)).min()
+    least = program.cone.least(program.cone.linear_at(x)).min()
     if not (least > 0.0 and (not program.sized or x[-1] > 0.0)):
         return None
     P = program.whole.at(program.embed @ x)

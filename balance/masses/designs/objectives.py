@@ -189,7 +189,7 @@ def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Op
         moves[unit], constant[unit] = False, start[unit]
     problem = (
         cone.blocks[:, moves],
-        cone.sums_at(constant),
+        cone.linear_at(constant),
         file,
         lines[:, moves],
         lines @ constant,
@@ -200,7 +200,7 @@ def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Op
         if v is None:
             return None
         constant[moves] = v
-        P = cone.sums_at(constant)
+        P = cone.linear_at(constant)
         if _within_densities(program, P):
             break
     return Optimum(program.unit * P, file_distance(P, file))

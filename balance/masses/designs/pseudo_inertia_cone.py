@@ -93,7 +93,7 @@ class Cone(NamedTuple):
         k = self.size
         return np.asarray(vectors @ self.weights.T).reshape(*vectors.shape[:-1], k, k)
 
-    def sums_at(self, x: Array) -> Array:
+    def linear_at(self, x: Array) -> Array:
         """Compute ``P_b = Σ_i x_i blocks[b, i]`` (bodies, k, k).
 
         With traces alone, this is one of many matrices with these traces.
@@ -106,7 +106,7 @@ class Cone(NamedTuple):
         With traces alone, second moments about the centre of mass are equal in all
         directions. Bodies without a positive mass have no such centre and are not changed.
         """
-        P = self.sums_at(x)
+        P = self.linear_at(x)
         if self.second_order:
             d, has_mass = self.size - 1, P[:, -1, -1] > 0.0
             m, mc = P[has_mass, -1, -1], P[has_mass, :-1, -1]

@@ -283,7 +283,7 @@ def build_problem(
         whole = quadratic_factor(_objective_rows(space, loads, blocks, counted, options))
     caps = _caps(space, loads, max_bearing, max_torque)
     single = _single_bodies(loads, blocks, weight, frame)
-    samples = _samples(space, loads, weight, options)
+    samples = _minimax_loads(space, loads, weight, options)
     taken = taken_from(space, chosen, moved_links(space, chosen, options.move))
     program = ShakingProgram(
         matter, whole, single, taken, caps, tuple(stocks.values()), samples
@@ -354,7 +354,7 @@ def _objective_rows(
     ]
 
 
-def _samples(
+def _minimax_loads(
     space: DesignSpace,
     loads: Sequence[MotionLoads],
     weight: float,

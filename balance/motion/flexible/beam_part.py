@@ -53,7 +53,7 @@ class Marker:
     shortening: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
-def combine_markers(markers: Sequence[Marker], weights: Sequence[float]) -> Marker:
+def mean_marker(markers: Sequence[Marker], weights: Sequence[float]) -> Marker:
     """Combine points of one part by a whippletree: a weighted mean of their positions.
 
     Args:

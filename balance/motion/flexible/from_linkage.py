@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from balance.motion.flexible.beam_part import Marker, MovingPart, RigidPart, combine_markers
+from balance.motion.flexible.beam_part import Marker, MovingPart, RigidPart, mean_marker
 from balance.motion.flexible.build_beam import BeamModel, BeamOptions, model_beam
 from balance.motion.flexible.drives import DriveProfile
 from balance.motion.flexible.flex_links import FlexLink
@@ -307,7 +307,7 @@ class _Builder:
                 self.tangents[flex.name] = self.ends[group, j]
         if flex.supports:
             for j, s, w in zip(joints, points, weights, strict=True):
-                self.ends[group, j] = combine_markers([model.marker(x) for x in s], w)
+                self.ends[group, j] = mean_marker([model.marker(x) for x in s], w)
         angle = float(np.arctan2(direction[1], direction[0]))
         hinge = self.ends[group, first].at[0]
         start = self._plane(self.linkage.joints[first].point)

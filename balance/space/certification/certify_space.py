@@ -382,7 +382,7 @@ def _certify_rounded(
     if moved or doubtful:
         doubts += (reason,)
     if not same and settled.highest_order is None:
-        doubts += _list_unseen(settled)
+        doubts += _list_below_round_off(settled)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
     level = "verified" if sure and same else "estimated"
     seen = (
@@ -394,7 +394,7 @@ def _certify_rounded(
     return add_correction_notice(space, with_certainty(settled, certainty))
 
 
-def _list_unseen(space: DesignSpace) -> tuple[str, ...]:
+def _list_below_round_off(space: DesignSpace) -> tuple[str, ...]:
     """List what floating point alone cannot tell: conditions, or motions, below round-off."""
     unseen = []
     if parallel := space.nullity - space.serial_nullity:

@@ -60,7 +60,7 @@ def formulas_page(formulas: Formulas) -> str:
         bounds=_bounds(formulas),
         legend=escape(" ".join(legend(formulas))),
         dimensions=_dimensions(formulas),
-        parameters=_parameters(formulas, values),
+        parameters=_inertial_parameters(formulas, values),
         latex=escape(formulas.latex()) if formulas.conditions else "",
         python=escape(formulas.python()),
     )
@@ -123,7 +123,7 @@ def _dimensions(formulas: Formulas) -> str:
     return html_table(["Symbol", "Name", *map(with_capital, head[1:])], cells, [4])
 
 
-def _parameters(formulas: Formulas, values: FileValues) -> str:
+def _inertial_parameters(formulas: Formulas, values: FileValues) -> str:
     """Render the table of the parameters of the bodies."""
     cells = []
     for parameter, value in zip(formulas.parameters, values.parameters, strict=True):

@@ -115,7 +115,7 @@ def check_rotor_design(conditions: RotorConditions, design: RotorDesign) -> bool
     residual = np.linalg.norm(conditions.bodies @ z + conditions.rotors @ J) / size
     cone = cone_of_columns(conditions.space, z[:, None])
     traces = float(np.einsum("bnii->", cone.blocks))
-    least = float(cone.least(cone.sums_at(np.ones(1))).min())
+    least = float(cone.least(cone.linear_at(np.ones(1))).min())
     return bool(
         residual <= DESIGN_RESIDUAL
         and least > DESIGN_RESIDUAL * traces

@@ -153,14 +153,14 @@ def _refusal(text: str, root: Element) -> Refusal:
     if place:
         lines.pop()
         at = int(place["line"] or 0)
-        item = next((item for line, item in _numbered(root) if line == at), None)
+        item = next((item for line, item in _elements_by_line(root) if line == at), None)
         label = item.label if item else f"'{clean(place['name'])}'"
     problem = re.sub(r"^((XML )?Error: )+", "", " ".join(lines))
     problem = clean(problem.strip().rstrip(".;"), 300) or "MuJoCo cannot compile it"
     return Refusal(label, f"{problem} (MuJoCo)", "correct the file so that MuJoCo compiles it")
 
 
-def _numbered(root: Element) -> Iterator[tuple[int, Element]]:
+def _elements_by_line(root: Element) -> Iterator[tuple[int, Element]]:
     """Number the lines of `element_text` at which elements begin."""
     line, stack = 2, [(root, False)]
     while stack:

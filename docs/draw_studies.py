@@ -183,6 +183,29 @@ def ets7():
     return drawings, loads
 
 
+def cassie_leg():
+    """The leg without and with three weights, in one swing."""
+    linkage = kinematics.load(FOLDER / "cassie_leg.urdf")
+    balls = {"thigh": "0,0,0.15", "knee": "0.12,0,0.16", "crank": "0,0,0"}
+    answer = balance.counterweights(
+        balance.design_space(linkage, ["hip_roll=0", "hip_yaw=0"], "force"),
+        list(balls),
+        {link: f"ball({centre},0.1)" for link, centre in balls.items()},
+        density=None,
+    )
+    s = np.linspace(0.0, 1.0, 161)
+    hip, knee = 0.8 * s**3 * (10 - 15 * s + 6 * s**2), -0.6 * 64 * s**3 * (1 - s) ** 3
+    table = Path(tempfile.mkdtemp()) / "swing.csv"
+    rows = np.column_stack([0.4 * s, 0.0 * s, 0.0 * s, hip, knee, 0.0 * s])
+    heads = "time," + ",".join(linkage.inputs)
+    np.savetxt(table, rows, "%.14f", ",", header=heads, comments="")
+    motion = balance.motion.from_csv(linkage, table)
+    files = {"as it is": "cassie_leg.urdf", "three weights": written("balanced", answer)}
+    return compare(
+        files, (0, 2), tuple(map(tuple, motion.u[[60, 90, 160]])), 600.0, motions=[motion]
+    )
+
+
 def ur5e():
     """The arm at both ends of its motion; the quintic law and the best timing."""
     start = dict(zip(BENT, np.deg2rad([-90.0, 90.0, -90.0, -90.0]).tolist(), strict=True))
@@ -216,6 +239,7 @@ def ur5e():
 
 BENT = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
 MACHINES = {
+    "cassie_leg": cassie_leg,
     "double_pendulum": double_pendulum,
     "dual_v": dual_v,
     "engine": engine,

@@ -101,6 +101,8 @@ def test_files(tmp_path, capsys):
         (2, "'-1' is not a number from", [*FREE[:2], "--base-mass=-1", *FREE[4:]]),
         (2, "nor three", [*FREE[:4], "--base-inertia", "1,2"]),
         (2, "no base has these moments", [*FREE[:4], "--base-inertia", "1,1,3"]),
+        (2, "nor six elements", [*FREE[:4], "--base-inertia", "1,1,1,0"]),
+        (2, "no base has these moments", [*FREE[:4], "--base-inertia", "1,1,1,0,2,0"]),
         (2, "is not a point", [*FREE, "--base-com", "1,2"]),
         (2, "is not a stiffness", [*FREE, "--stiffness", "5N/mm"]),
         (2, "moves in its plane", [*FREE, "--initial", "wx=1"]),

@@ -63,6 +63,14 @@ def test_a_planar_linkage_on_a_spatial_base(capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("elements", ["0.7,0.7,0.5", "0.7,0.7,0.5,0.1,0,-0.1"])
+def test_elements_of_the_inertia_are_printed_in_their_places(elements, capsys):
+    inertia = ["--base-inertia", elements]
+    assert main(["verify", SHAKING, *FREE[:4], *inertia, *FREE[6:], "--spatial"]) == 1
+    assert f"3 kg, {elements.replace(',', ', ')} kg m²" in capsys.readouterr().out
+
+
+@pytest.mark.slow
 def test_files(tmp_path, capsys):
     table, motion = tmp_path / "base.csv", tmp_path / "motion.csv"
     rows = "".join(f"{k / 20!r},{0.3 * (k / 20) ** 3!r}\n" for k in range(11))

@@ -186,7 +186,7 @@ def test_leading_directions_move_one_input_each():
 
 def test_a_meeting_names_few_of_many_directions():
     """Where the tangents are a cone, the search returns dozens of its lines."""
-    solution = balance.find_paths(load("five_bar"), length=0.02, moment_only=True)
+    solution = balance.find_paths(load("five_bar"), kept="moment", length=0.02)
     (start, *_) = solution.starts
     for count, more in ((4, ""), (44, " | and 40 more")):
         met = replace(

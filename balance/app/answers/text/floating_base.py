@@ -57,7 +57,7 @@ def floating_base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:
 def _base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:
     """List the facts on the base and its springs."""
     base = motion.base
-    elements = (*base.moments, *base.products)
+    elements: tuple[float, ...] = (*base.moments, *base.products)
     if not any(base.products):
         elements = base.moments if len(set(base.moments)) > 1 else base.moments[:1]
     moments = ", ".join(map(number_text, elements))

@@ -142,6 +142,70 @@ def dual_v():
     )
 
 
+def quintic(time, swing):
+    """Displacements, velocities and accelerations of the quintic law over a swing (N, w)."""
+    duration = time[-1]
+    s = (time / duration)[:, None]
+    return (
+        s**3 * (10 - 15 * s + 6 * s**2) * swing,
+        30 * s**2 * (1 - s) ** 2 * swing / duration,
+        60 * s * (1 - 3 * s + 2 * s**2) * swing / duration**2,
+    )
+
+
+def held_loads(name, linkage, time, motion, point):
+    """Compute what shakes a base that is held, the moment about a point."""
+    wrench = balance.motion.shaking(linkage, *motion)
+    moment = wrench[:, :3] - np.cross(point, wrench[:, 3:])
+    return Loads(
+        name, time, *(np.linalg.norm(part, axis=1) for part in (wrench[:, 3:], moment))
+    )
+
+
+def ets7():
+    """The space arm at both ends of its swing; the quintic law and the least moment."""
+    linkage = kinematics.load(FOLDER / "ets7.urdf")
+    swing = np.deg2rad([40.0, 50.0, -60.0, 0.0, 0.0, 0.0])
+    end = dict(zip(linkage.inputs[:3], swing[:3].tolist(), strict=True))
+    plan = balance.quiet_motion(
+        linkage, {}, end, 60.0, minimise="moment", measure="peak", about=(0, 0, 0), velocity=0.1
+    )
+    time, *quiet = plan.samples(241)
+    loads = [
+        held_loads(name, linkage, time, motion, (0.0, 0.0, 0.0))
+        for name, motion in (("quintic law", quintic(time, swing)), ("least moment", quiet))
+    ]
+    ghosts = tuple(tuple(part * -swing) for part in (0.25, 0.5, 0.75))
+    drawings = [
+        Drawing("start, from the side", linkage, (0, 2), (), 300.0),
+        Drawing("end", kinematics.load(FOLDER / "ets7.urdf", at=end), (0, 2), ghosts, 300.0),
+    ]
+    return drawings, loads
+
+
+def cassie_leg():
+    """The leg without and with three weights, in one swing."""
+    linkage = kinematics.load(FOLDER / "cassie_leg.urdf")
+    balls = {"thigh": "0,0,0.15", "knee": "0.12,0,0.16", "crank": "0,0,0"}
+    answer = balance.counterweights(
+        balance.design_space(linkage, ["hip_roll=0", "hip_yaw=0"], "force"),
+        list(balls),
+        {link: f"ball({centre},0.1)" for link, centre in balls.items()},
+        density=None,
+    )
+    s = np.linspace(0.0, 1.0, 161)
+    hip, knee = 0.8 * s**3 * (10 - 15 * s + 6 * s**2), -0.6 * 64 * s**3 * (1 - s) ** 3
+    table = Path(tempfile.mkdtemp()) / "swing.csv"
+    rows = np.column_stack([0.4 * s, 0.0 * s, 0.0 * s, hip, knee, 0.0 * s])
+    heads = "time," + ",".join(linkage.inputs)
+    np.savetxt(table, rows, "%.14f", ",", header=heads, comments="")
+    motion = balance.motion.from_csv(linkage, table)
+    files = {"as it is": "cassie_leg.urdf", "three weights": written("balanced", answer)}
+    return compare(
+        files, (0, 2), tuple(map(tuple, motion.u[[60, 90, 160]])), 600.0, motions=[motion]
+    )
+
+
 def ur5e():
     """The arm at both ends of its motion; the quintic law and the best timing."""
     start = dict(zip(BENT, np.deg2rad([-90.0, 90.0, -90.0, -90.0]).tolist(), strict=True))
@@ -153,18 +217,13 @@ def ur5e():
         linkage, [0.0 * swing, swing], 0.9, measure="peak", acceleration=30.0
     )
     time, *best = plan.samples(181)
-    s = (time / 0.9)[:, None]
-    quintic = (
-        s**3 * (10 - 15 * s + 6 * s**2) * swing,
-        30 * s**2 * (1 - s) ** 2 * swing / 0.9,
-        60 * s * (1 - 3 * s + 2 * s**2) * swing / 0.9**2,
-    )
-    loads = []
-    for name, motion in (("quintic law", quintic), ("best timing", best)):
-        wrench = balance.motion.shaking(linkage, *motion)
-        moment = wrench[:, :3] - np.cross(plan.objective.point, wrench[:, 3:])
-        sizes = (np.linalg.norm(part, axis=1) for part in (wrench[:, 3:], moment))
-        loads.append(Loads(name, time, *sizes))
+    loads = [
+        held_loads(name, linkage, time, motion, plan.objective.point)
+        for name, motion in (
+            ("quintic law", quintic(time, swing)),
+            ("best timing", best),
+        )
+    ]
     drawings = [
         Drawing("start, from the side", linkage, (0, 2), (), 400.0),
         Drawing(
@@ -180,9 +239,11 @@ def ur5e():
 
 BENT = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
 MACHINES = {
+    "cassie_leg": cassie_leg,
     "double_pendulum": double_pendulum,
     "dual_v": dual_v,
     "engine": engine,
+    "ets7": ets7,
     "forbal": forbal,
     "squeezer": squeezer,
     "ur5e": ur5e,

@@ -438,7 +438,9 @@ WORDS: dict[str, Maker] = {
     "formulas --seconds": _of("60", "20", "1", "0", "nan", "x"),
     "--notation": _of("text", "latex", "python", "sympy"),
     "--which": _of("1", "2", "0", "99"),
-    "--base-inertia": _of("1", "0.5", "1,1,1", "1,1,3", "1,2", "-1", "x"),
+    "--base-inertia": _of(
+        "1", "0.5", "1,1,1", "1,1,1,0.1,0,-0.1", "1,1,1,2,0,0", "1,1,3", "1,2", "-1", "x"
+    ),
     "--stiffness": _of("1e3", "1e3Nm/rad", "50N/m", "5N/mm", "1e40"),
     "--initial": lambda rng, place: [_values(rng, ("wx", "wz", "vy", *place.names.inputs))],
     "--torque": lambda rng, place: [_values(rng, place.names.inputs)],

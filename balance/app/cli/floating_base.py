@@ -57,7 +57,7 @@ def add_base_options(group: argparse._ArgumentGroup) -> None:
         "--base-inertia",
         type=inertia,
         metavar="I|IX,IY,IZ",
-        help="its moment of inertia, or three, kg m²",
+        help="its moment of inertia, or three, or with IXY,IXZ,IYZ, kg m²",
     )
     group.add_argument(
         "--base-com",
@@ -210,11 +210,15 @@ def _torques(text: str) -> dict[str, float]:
 
 
 def inertia(text: str) -> float | tuple[float, ...]:
-    """Parse a moment of inertia, or three."""
-    values = tuple(_size("inertia")(word) for word in text.split(","))
-    if len(values) not in (1, 3):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a moment of inertia, nor three")
-    return values if len(values) == 3 else values[0]
+    """Parse a moment of inertia, or three, or the six elements of a tensor."""
+    words = text.split(",")
+    if len(words) not in (1, 3, 6):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a moment of inertia, nor three, nor six elements of a tensor"
+        )
+    product = number_between(-MAX_NUMBER, MAX_NUMBER, "inertia")
+    values = tuple(map(_size("inertia"), words[:3])) + tuple(map(product, words[3:]))
+    return values if len(words) > 1 else values[0]
 
 
 def _stiffness(text: str) -> tuple[str, float]:

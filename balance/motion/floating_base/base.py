@@ -21,9 +21,10 @@ class FloatingBase:
 
     Attributes:
         mass: kg.
-        inertia: moments of inertia about the axes through its centre of mass, parallel to the
-            inertial axes (3,), kg m²; or one number for all three. Simulations need it; paths
-            without reaction do not depend on it.
+        inertia: moments of inertia ``Ixx, Iyy, Izz`` about the axes through its centre of mass,
+            parallel to the inertial axes (3,), kg m²; or with the elements ``Ixy, Ixz, Iyz`` of
+            its tensor too (6,); or one number for all three. Simulations need it; paths without
+            reaction do not depend on it.
         com: its centre of mass (3,), metres, in the inertial frame at the start.
         turning_stiffness: stiffness of a rotational spring to the ground, N m/rad; its moment
             is proportional to the rotation vector.
@@ -37,7 +38,7 @@ class FloatingBase:
     """
 
     mass: float
-    inertia: float | tuple[float, float, float] | None = None
+    inertia: float | tuple[float, ...] | None = None
     com: tuple[float, float, float] = (0.0, 0.0, 0.0)
     turning_stiffness: float = 0.0
     stiffness: float = 0.0
@@ -54,15 +55,41 @@ class FloatingBase:
         Raises:
             UsageError: there are none.
         """
+        x, y, z, *_ = self._elements
+        return x, y, z
+
+    @property
+    def products(self) -> tuple[float, float, float]:
+        """The elements ``Ixy, Ixz, Iyz`` of its inertia tensor, kg m².
+
+        Raises:
+            UsageError: there is no inertia.
+        """
+        *_, xy, xz, yz = self._elements
+        return xy, xz, yz
+
+    @property
+    def _elements(self) -> tuple[float, ...]:
+        """Six elements of the inertia tensor, the moments first."""
         given = self.inertia
         if given is None:
             raise UsageError("a base that turns needs moments of inertia")
-        return given if isinstance(given, tuple) else (given, given, given)
+        if not isinstance(given, tuple):
+            given = (given, given, given)
+        if len(given) not in (3, 6):
+            raise UsageError("the inertia of a base is one number, three, or six")
+        return (*given, 0.0, 0.0, 0.0)[:6]
+
+    @property
+    def tensor(self) -> Array:
+        """Inertia tensor about its centre of mass, in inertial axes (3, 3), kg m²."""
+        (x, y, z), (xy, xz, yz) = self.moments, self.products
+        return np.array([[x, xy, xz], [xy, y, yz], [xz, yz, z]])
 
     @property
     def parameters(self) -> Array:
         """Inertial parameters about the inertial origin (10,)."""
-        return parameters(self.mass, self.com, np.diag(self.moments))
+        return parameters(self.mass, self.com, self.tensor)
 
     def check(self) -> None:
         """Refuse a base that cannot be.
@@ -71,14 +98,15 @@ class FloatingBase:
             UsageError: a number is not finite, mass or a moment is not positive or missing, no
                 body has these moments, or a stiffness is negative.
         """
-        numbers = [self.mass, *self.moments, *self.com, self.turning_stiffness, self.stiffness]
+        numbers = [self.mass, *self._elements, *self.com]
+        numbers += [self.turning_stiffness, self.stiffness]
         if not (np.isfinite(numbers).all() and self.mass > 0.0 and min(self.moments) > 0.0):
             raise UsageError(
                 "a base needs a mass and moments of inertia above 0, and a centre of mass"
             )
         if min(self.turning_stiffness, self.stiffness) < 0.0:
             raise UsageError("a spring needs a stiffness from 0 up")
-        wrong = violations(np.array([self.mass, 0.0, 0.0, 0.0, *self.moments, 0.0, 0.0, 0.0]))
+        wrong = violations(parameters(self.mass, (0.0, 0.0, 0.0), self.tensor))
         if wrong:
             raise UsageError(f"no base has these moments of inertia: {wrong[0]}")
 

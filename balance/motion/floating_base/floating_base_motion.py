@@ -228,6 +228,7 @@ class FloatingBaseMotion(WithPage, WithPicture):
             "base": {
                 "mass": base.mass,
                 "inertia": base.moments,
+                "products": base.products,
                 "com": base.com,
                 "turning_stiffness": base.turning_stiffness,
                 "stiffness": base.stiffness,

@@ -359,7 +359,7 @@ def rounding_notice(trajectory: Trajectory) -> tuple[Notice, ...]:
         return ()
     text = (
         f"the {errors.decimals} decimals of the table leave accelerations off by up to "
-        f"{number_text(min(share, 1.0), '.1%')} of their peak"
+        f"{number_text(100.0 * min(share, 1.0), '.2g')} % of their peak"
     )
     return (Notice("rounded_table", text),)
 

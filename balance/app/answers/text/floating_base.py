@@ -57,7 +57,10 @@ def floating_base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:
 def _base_facts(motion: FloatingBaseMotion) -> list[tuple[str, str]]:
     """List the facts on the base and its springs."""
     base = motion.base
-    moments = ", ".join(number_text(moment) for moment in dict.fromkeys(base.moments))
+    elements: tuple[float, ...] = (*base.moments, *base.products)
+    if not any(base.products):
+        elements = base.moments if len(set(base.moments)) > 1 else base.moments[:1]
+    moments = ", ".join(map(number_text, elements))
     facts = [
         (
             "base",

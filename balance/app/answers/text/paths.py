@@ -15,9 +15,10 @@ from balance.motion.paths.reactionless_paths import ReactionlessPaths, StartPose
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, vector_text
 
-# Most inputs in a line, and most lines of a table.
+# Most inputs in a line, most lines of a table, and most directions at a meeting.
 MAX_INPUTS = 6
 MAX_ROWS = 30
+MAX_DIRECTIONS = 4
 KINDS = {
     "none": "no rates without reaction",
     "regular": "regular",
@@ -76,7 +77,9 @@ def _start_words(solution: ReactionlessPaths, start: StartPose) -> str:
 
 def _meeting_words(solution: ReactionlessPaths, start: StartPose) -> str:
     """Describe a meeting of paths: where it is, and the directions."""
-    ways = " | ".join(_named(solution, way, 3) for way in start.directions)
+    ways = " | ".join(_named(solution, way, 3) for way in start.directions[:MAX_DIRECTIONS])
+    more = len(start.directions) - MAX_DIRECTIONS
+    ways += f" | and {more} more" if more > 0 else ""
     where = f"{_named(solution, start.u)}: {KINDS[start.kind]}"
     return f"{where} along {ways}" if ways else where
 

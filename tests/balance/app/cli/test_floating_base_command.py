@@ -63,6 +63,14 @@ def test_a_planar_linkage_on_a_spatial_base(capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("elements", ["0.7,0.7,0.5", "0.7,0.7,0.5,0.1,0,-0.1"])
+def test_elements_of_the_inertia_are_printed_in_their_places(elements, capsys):
+    inertia = ["--base-inertia", elements]
+    assert main(["verify", SHAKING, *FREE[:4], *inertia, *FREE[6:], "--spatial"]) == 1
+    assert f"3 kg, {elements.replace(',', ', ')} kg m²" in capsys.readouterr().out
+
+
+@pytest.mark.slow
 def test_files(tmp_path, capsys):
     table, motion = tmp_path / "base.csv", tmp_path / "motion.csv"
     rows = "".join(f"{k / 20!r},{0.3 * (k / 20) ** 3!r}\n" for k in range(11))
@@ -101,6 +109,8 @@ def test_files(tmp_path, capsys):
         (2, "'-1' is not a number from", [*FREE[:2], "--base-mass=-1", *FREE[4:]]),
         (2, "nor three", [*FREE[:4], "--base-inertia", "1,2"]),
         (2, "no base has these moments", [*FREE[:4], "--base-inertia", "1,1,3"]),
+        (2, "nor six elements", [*FREE[:4], "--base-inertia", "1,1,1,0"]),
+        (2, "no base has these moments", [*FREE[:4], "--base-inertia", "1,1,1,0,2,0"]),
         (2, "is not a point", [*FREE, "--base-com", "1,2"]),
         (2, "is not a stiffness", [*FREE, "--stiffness", "5N/mm"]),
         (2, "moves in its plane", [*FREE, "--initial", "wx=1"]),

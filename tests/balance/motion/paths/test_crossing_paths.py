@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import balance
+from balance.app.answers.text.paths import paths_facts
 from balance.motion.paths.branches import leading_directions
 from balance.motion.paths.demand import Demand
 from balance.motion.paths.meeting_poses import meeting_pose
@@ -179,3 +182,18 @@ def test_leading_directions_move_one_input_each():
     assert np.linalg.matrix_rank(found) == 3
     assert np.abs(found - found @ N @ N.T).max() < 1e-14
     assert (np.abs(found) < 1e-14).sum() >= 6
+
+
+def test_a_meeting_names_few_of_many_directions():
+    """Where the tangents are a cone, the search returns dozens of its lines."""
+    solution = balance.find_paths(load("five_bar"), kept="moment", length=0.02)
+    (start, *_) = solution.starts
+    for count, more in ((4, ""), (44, " | and 40 more")):
+        met = replace(
+            start,
+            q=start.q + 1.0,
+            kind="crossing",
+            directions=np.tile([0.6, 0.8], (count, 1)),
+        )
+        words = dict(paths_facts(replace(solution, meetings=(met,))))["meeting"]
+        assert words.endswith("u1=0.6, u2=0.8" + more) and words.count("u2=0.8") == 4

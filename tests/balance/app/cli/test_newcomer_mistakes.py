@@ -52,7 +52,8 @@ MISTAKES = [
     ("report cut.urdf", 3, "cut.urdf: .*not well-formed XML"),
     ("report no_links.urdf", 3, "no_links.urdf: .*no <link>"),
     ("report", 2, "required: MODEL$"),
-    ("verify five_bar --speed u1=200rpm --speed u2=200rpm", 2, "--speed: given twice"),
+    ("verify five_bar --speed u1=200rpm --speed u2=200rpm", 2, "twice: .*--motion u2=u1"),
+    ("verify five_bar --speed u1=200rpm,u2=-200rpm", 2, "one crank, .* --motion u2=-2.u1$"),
     (
         "counterweights slider_crank --region crank=cylinder(0,0,0,0,0,1mm,45mm,30mm)",
         2,
@@ -282,3 +283,37 @@ def test_millimetres_in_a_file_are_noticed(folder):
     path = _changed(folder, lambda text: re.sub(r'<origin xyz="([^"]*)"', thousand, text))
     assert "its links are up to 1140 m apart" in asked(["report", str(path)]).err
     assert "apart" not in asked(["report", "four_bar_general"]).err
+
+
+@pytest.mark.parametrize(
+    ("masses", "inertias", "said"),
+    [
+        (1000, 1000, "its links weigh .* kg, more than a machine of .*multiply grams by 0.001"),
+        (1, 1e6, "<inertia> is in kg m²; multiply kg mm² by 1e-6"),
+        (1000, 1e9, "<inertia> is in kg m²; .*g mm² by 1e-9, and grams in <mass> by 0.001"),
+    ],
+)
+def test_grams_and_square_millimetres_in_a_file_are_noticed(masses, inertias, said, folder):
+    """A file in which all masses, or all moments of inertia, have another unit."""
+    text = gallery()["slider_crank"].read_text(encoding="utf-8")
+    for name, factor in (("value", masses), ("i[xyz]{2}", inertias)):
+        text = re.sub(
+            rf'({name})="([^"]*)"', lambda m, f=factor: f'{m[1]}="{f * float(m[2]):g}"', text
+        )
+    path = folder / "robot.urdf"
+    path.write_text(text, encoding="utf-8")
+    code, _, err = asked(["report", str(path)])
+    assert code == 0 and re.search(said, err), err
+    assert "multiply" not in asked(["report", "slider_crank"]).err
+
+
+@pytest.mark.slow
+def test_regions_of_a_kilometre_name_no_negative_mass():
+    """Millimetres without their unit: a notice, and no change of the request that is none."""
+    far = "box(-80:-20,-30:30,-10:10)"
+    links = ("left_lower", "right_lower")
+    regions = [word for link in links for word in ("--region", f"{link}={far}")]
+    words = ["counterweights", "five_bar", "--balance", "force", "--links", ",".join(links)]
+    code, out, err = asked([*words, *regions])
+    assert code == 1 and "regions are in metres" in err
+    assert not re.search(r"\(-[\d.e+]+ kg", out), out

@@ -74,7 +74,9 @@ def _wide_links(bodies: list[Body], radii: Array, size: float) -> list[Notice]:
     return [Notice("wide_inertia", text)]
 
 
-def _heavy_links(bodies: list[Body], centres: Array, radii: Array, points: Array) -> list[Notice]:
+def _heavy_links(
+    bodies: list[Body], centres: Array, radii: Array, points: Array
+) -> list[Notice]:
     """Note links that are denser than steel with gaps, or one beyond any machine of the size."""
     masses = np.array([body.inertia[0] for body in bodies])
     total, heaviest = float(masses.sum()), int(masses.argmax())
@@ -87,10 +89,13 @@ def _heavy_links(bodies: list[Body], centres: Array, radii: Array, points: Array
     # Point masses in one place, without an extent, are a model and no machine.
     if not heavy and not (radii.any() and total > DENSEST * ball > 0):
         return []
+    size = _diagonal(np.vstack([points, centres]))
+    kilograms, most, metres = (
+        number_text(float(x), ".2g") for x in (total, masses[heaviest], size)
+    )
     text = (
-        f"its links weigh {number_text(total, '.2g')} kg, '{clean(bodies[heaviest].name)}' alone "
-        f"{number_text(float(masses[heaviest]), '.2g')} kg, more than a machine of "
-        f"{number_text(_diagonal(np.vstack([points, centres])), '.2g')} m: <mass> is in kg; "
-        "multiply grams by 0.001, and moments of inertia in g m² too"
+        f"its links weigh {kilograms} kg, '{clean(bodies[heaviest].name)}' alone {most} kg, more "
+        f"than a machine of {metres} m: <mass> is in kg; multiply grams by 0.001, and moments "
+        "of inertia in g m² too"
     )
     return [Notice("heavy_links", text)]

@@ -84,7 +84,9 @@ def test_point_masses_are_no_metal():
     assert _codes(text) == []
 
 
-@pytest.mark.parametrize("path", [*kinematics.gallery().values(), *MACHINES], ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "path", [*kinematics.gallery().values(), *MACHINES], ids=lambda p: p.stem
+)
 def test_no_machine_is_told(path):
     assert implausible_masses(_draft(path)) == []
 

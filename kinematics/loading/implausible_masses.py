@@ -77,7 +77,7 @@ def _wide_links(bodies: list[Body], radii: Array, size: float) -> list[Notice]:
 def _heavy_links(
     bodies: list[Body], centres: Array, radii: Array, points: Array
 ) -> list[Notice]:
-    """Note links that are denser than steel with gaps, or one beyond any machine of the size."""
+    """Note links that are too dense together, or one too heavy for the size."""
     masses = np.array([body.inertia[0] for body in bodies])
     total, heaviest = float(masses.sum()), int(masses.argmax())
     middle = masses @ centres / total
@@ -94,8 +94,8 @@ def _heavy_links(
         number_text(float(x), ".2g") for x in (total, masses[heaviest], size)
     )
     text = (
-        f"its links weigh {kilograms} kg, '{clean(bodies[heaviest].name)}' alone {most} kg, more "
-        f"than a machine of {metres} m: <mass> is in kg; multiply grams by 0.001, and moments "
+        f"its links weigh {kilograms} kg, '{clean(bodies[heaviest].name)}' alone {most} kg, "
+        f"more than a machine of {metres} m: <mass> is in kg; multiply grams by 0.001, and moments "
         "of inertia in g m² too"
     )
     return [Notice("heavy_links", text)]

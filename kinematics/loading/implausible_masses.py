@@ -95,7 +95,7 @@ def _heavy_links(
     )
     text = (
         f"its links weigh {kilograms} kg, '{clean(bodies[heaviest].name)}' alone {most} kg, "
-        f"more than a machine of {metres} m: <mass> is in kg; multiply grams by 0.001, and moments "
-        "of inertia in g m² too"
+        f"more than a machine of {metres} m: <mass> is in kg; multiply grams by 0.001, and "
+        "moments of inertia in g m² too"
     )
     return [Notice("heavy_links", text)]

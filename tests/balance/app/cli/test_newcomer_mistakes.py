@@ -133,6 +133,7 @@ MISTAKES = [
     ("sweep show none.db", 3, "none.db: no such file; give the file of a run"),
     ("discover run --topology slidercrank", 2, "'slidercrank' .did you mean 'slider-crank'"),
     ("springs four_bar_kite --between base,rokcer", 3, "rokcer.*did you mean 'rocker'"),
+    ("remedies slider_crank --speed 300rpm", 2, "shafts hold at any .*verify FILE --speed"),
     ("remedies four_bar_kite --only passive_weel", 2, "did you mean 'passive_wheel'"),
     ("remedies four_bar_kite --only wheels", 2, "no remedy 'wheels': choose from own_masses"),
     ("formulas three_rsr", 3, "it has 2 loops: formulas of spatial linkages are of"),

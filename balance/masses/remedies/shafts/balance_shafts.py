@@ -156,8 +156,8 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
     reason = (
         f"at constant speed they take the {taken} of the {number}, and leave "
         f"{number_text(residual, '.3g')} of the force in the file (root mean square); "
-        f"{_unbalances_text(shafts)}; their places are within two characteristic lengths of the "
-        "crank"
+        f"{_unbalances_text(shafts)}; their places are within two characteristic lengths of "
+        "the crank"
     )
     if asked and not moments.all():
         reason += ", where they cannot take the moment"

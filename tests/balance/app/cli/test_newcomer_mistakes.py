@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from pathlib import Path
 
 import pytest
 
@@ -318,3 +319,9 @@ def test_regions_of_a_kilometre_name_no_negative_mass():
     code, out, err = asked([*words, *regions])
     assert code == 1 and "regions are in metres" in err
     assert not re.search(r"\(-[\d.e+]+ kg", out), out
+
+
+def test_the_files_of_the_gallery_are_found():
+    """To change a copy of one."""
+    folder = asked(["models"]).err.splitlines()[-1].removeprefix("their files are in ")
+    assert {path.parent for path in gallery().values()} == {Path(folder)}

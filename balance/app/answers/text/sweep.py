@@ -120,10 +120,10 @@ def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Da
     Raises:
         UsageError: there is no such column, or round-off decides it.
     """
+    table = file.read(order=order, descending=descending, limit=count)
     round_off = {each.column.name for each in column_ranges(file) if each.round_off}
     if order in round_off:
         raise UsageError(f"--sort {order}: it is round-off in all rows; sort by another column")
-    table = file.read(order=order, descending=descending, limit=count)
     columns = [
         {
             "name": column.name,

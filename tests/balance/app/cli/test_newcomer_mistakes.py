@@ -309,14 +309,39 @@ def test_grams_and_square_millimetres_in_a_file_are_noticed(masses, inertias, sa
     assert "multiply" not in asked(["report", "slider_crank"]).err
 
 
+def _five_bar():
+    """A symmetric five-bar of 0.2 m, as text."""
+    bars = {"crank": (0.05, 0.15, 1.3e-4), "rod": (0.1, 0.12, 4e-4)}
+    links = "".join(
+        f'<link name="{name}{side}"><inertial><origin xyz="{x} 0 0"/><mass value="{m}"/>'
+        f'<inertia ixx="1e-6" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        for side in "12"
+        for name, (x, m, i) in bars.items()
+    )
+    joints = "".join(
+        f'<joint name="m{side}" type="continuous"><parent link="base"/>'
+        f'<child link="crank{side}"/><origin xyz="{place} 0 0" rpy="0 0 {angle}"/>'
+        f'<axis xyz="0 0 1"/></joint><joint name="e{side}" type="continuous">'
+        f'<parent link="crank{side}"/><child link="rod{side}"/>'
+        f'<origin xyz="0.1 0 0" rpy="0 0 {turn}"/><axis xyz="0 0 1"/></joint>'
+        for side, place, angle, turn in (("1", -0.06, 2.0944, -1.2), ("2", 0.06, 1.0472, 1.2))
+    )
+    ends = "".join(
+        f'<{end} link="rod{side}"><origin xyz="0.2 0 0"/></{end}>'
+        for end, side in (("predecessor", "1"), ("successor", "2"))
+    )
+    loop = f'<loop name="tip" type="revolute">{ends}<axis xyz="0 0 1"/></loop>'
+    return f'<robot name="five"><link name="base"/>{links}{joints}{loop}</robot>'
+
+
 @pytest.mark.slow
-def test_regions_of_a_kilometre_name_no_negative_mass():
+def test_regions_of_a_kilometre_name_no_negative_mass(folder):
     """Millimetres without their unit: a notice, and no change of the request that is none."""
+    (folder / "five.urdf").write_text(_five_bar(), encoding="utf-8")
     far = "box(-80:-20,-30:30,-10:10)"
-    links = ("left_lower", "right_lower")
-    regions = [word for link in links for word in ("--region", f"{link}={far}")]
-    words = ["counterweights", "five_bar", "--balance", "force", "--links", ",".join(links)]
-    code, out, err = asked([*words, *regions])
+    regions = [word for k in "12" for word in ("--region", f"crank{k}={far}")]
+    words = ["five.urdf", "--balance", "force", "--links", "crank1,crank2", *regions]
+    code, out, err = asked(["counterweights", *words])
     assert code == 1 and "regions are in metres" in err
     assert not re.search(r"\(-[\d.e+]+ kg", out), out
 

@@ -29,11 +29,12 @@ def require_openpyxl() -> None:
         raise PackageError("a workbook", "openpyxl", "pip install openpyxl", more) from None
 
 
-def workbook_of(table: bytes) -> bytes:
+def workbook_of(table: bytes, title: str = "motion") -> bytes:
     """Convert a table to a workbook of one sheet: a line of names, and numbers as numbers.
 
     Args:
-        table: comma-separated values of a motion.
+        table: comma-separated values, of a motion or of results.
+        title: name of the sheet.
 
     Raises:
         PackageError: openpyxl is missing.
@@ -45,7 +46,7 @@ def workbook_of(table: bytes) -> bytes:
     book = Workbook()
     book.properties.created = WRITTEN
     sheet = book.active
-    sheet.title = "motion"
+    sheet.title = title
     names, *rows = csv.reader(StringIO(table.decode()))
     sheet.append(names)
     for row in rows:

@@ -293,9 +293,11 @@ def _assemble(
                 error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
         raise
     from kinematics.loading.forgotten_loops import forgotten_loop
+    from kinematics.loading.implausible_masses import implausible_masses
 
     linkage = as_meant(linkage, exactly=exactly)
-    told = (*_size_notices(draft), *forgotten_loop(draft))
+    size = _size_notices(draft)
+    told = (*size, *forgotten_loop(draft), *(() if size else implausible_masses(draft)))
     return replace(linkage, notices=(*linkage.notices, *told))
 
 

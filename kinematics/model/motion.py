@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 
 from kinematics.error_text import did_you_mean
-from kinematics.errors import MotionError
+from kinematics.errors import MotionError, UsageError
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
@@ -111,9 +111,15 @@ def motion_of(
 
     Raises:
         MotionError: a relation is wrong.
+        UsageError: it is no relation, such as a motion over time.
     """
     if relations is None or isinstance(relations, Motion):
         return relations
+    if not isinstance(relations, Iterable):
+        raise UsageError(
+            "motion is a relation of inputs, such as 'u2=u1', not a "
+            f"{type(relations).__name__}: give motions over time as motions"
+        )
     try:
         return Motion.parse(relations, linkage.inputs)
     except MotionError as error:

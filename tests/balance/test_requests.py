@@ -14,7 +14,7 @@ from balance import design_space
 from balance.app.answers.text.report import report_facts
 from kinematics import Motion
 from kinematics.closure.joint_positions import joint_positions
-from kinematics.errors import CoordinateError, FileError, MotionError, PoseError
+from kinematics.errors import CoordinateError, FileError, MotionError, PoseError, UsageError
 from tests.support.covering import spread
 from tests.support.laws import altered
 from tests.support.source_files import FACES, public_names
@@ -24,6 +24,27 @@ from tests.support.urdf_text import UNIT_INERTIA, joint, link, saved
 def test_one_relation_may_come_without_a_list():
     linkage = kinematics.load("three_rsr")
     assert design_space(linkage, "u2=u3").rank == design_space(linkage, ["u2=u3"]).rank == 35
+
+
+def test_links_and_budgets_may_be_texts():
+    """As on the command line: names parted by commas, ``all``, and masses with a unit."""
+    space = design_space("four_bar_general", balance="force")
+    named = balance.counterweights(space, "crank, rocker", density=None)
+    listed = balance.counterweights(space, ["crank", "rocker"], density=None)
+    assert named.added_mass == listed.added_mass
+    assert set(balance.counterweights(space, "all", density=None).regions) == {*space.bodies}
+    some = [balance.partial(space, "crank", mass, density=None) for mass in (0.2, "200g")]
+    assert some[0].mass == some[1].mass > 0.0
+    with pytest.raises(UsageError, match="'m' is a unit of length: write mass in kg"):
+        balance.partial(space, "crank", "0.2m")
+
+
+def test_a_motion_over_time_is_no_relation_of_inputs():
+    turn = balance.motion.one_turn("four_bar_general", "300rpm")
+    with pytest.raises(
+        UsageError, match="a relation of inputs.*not a Trajectory: .* as motions"
+    ):
+        balance.partial("four_bar_general", "crank", 0.2, motion=turn)
 
 
 @pytest.mark.parametrize(

@@ -144,6 +144,7 @@ GOOD: dict[str, list[str]] = {
     "sweep show --plot": ["rank,closed", "--out", "{folder}/plot.svg"],
     "sweep show --out": ["{folder}/plot.svg", "--plot", "rank,closed"],
     "sweep show --count": ["3"], "sweep export --out": ["{folder}/b.parquet"],
+    "sweep export --row": ["0", "--out", "{folder}/row.urdf"],
     "--out": ["{folder}/out.urdf"], "remedies --out": ["{folder}/remedies"],
     "--only": ["own_masses"], "--gear": ["2"], "--rotor-radius": ["0.1"], "--trade-off": ["2"],
     "remedies --workers": ["2"],

@@ -151,7 +151,10 @@ class Parser(argparse.ArgumentParser):
         ):
             self.error(f"argument {name}: expected one argument")
         if [word.partition("=")[0] for word in args].count("--speed") > 1:
-            self.error("argument --speed: given twice")
+            self.error(
+                "argument --speed: given twice: give that of one crank, and the ratio of "
+                "others by --motion u2=u1, or --motion u2=-2*u1"
+            )
         options = {name for action in self._actions for name in action.option_strings}
         for word in args:
             if f"-{word.partition('=')[0]}" in options:

@@ -18,9 +18,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
     """Describe every linkage of the gallery in one line."""
     from kinematics.loading.model_gallery import describe, gallery
 
-    models = {name: describe(path) for name, path in gallery().items()}
+    paths = gallery()
+    models = {name: describe(path) for name, path in paths.items()}
+    folder = next(iter(paths.values())).parent
     return Answer(
         DONE,
         lambda: {"schema": "balance.models/1", "models": models},
         lambda: [AnswerTable(list(models.items()))],
+        remark=f"their files are in {folder}",
     )

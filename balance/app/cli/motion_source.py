@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage, Notice
 
 
+# How several inputs turn together.
+ONE_CRANK = "and the ratio of others by --motion u2=u1, or --motion u2=-2*u1"
 # Options that choose the motion, or which random ones.
 MOTION_OPTIONS = ("csv", "tool_path", "speed", "trajectories", "seed")
 
@@ -153,6 +155,10 @@ def _tool_path(text: str) -> ToolPath:
 def _speed(text: str) -> tuple[str | None, float]:
     """Parse ``[J=]300rpm``: name of the crank or None, and its speed in rad/s."""
     name, equals, word = text.rpartition("=")
+    if "," in text:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is more than one speed: give that of one crank, {ONE_CRANK}"
+        )
     try:
         speed = read_quantity(word, "angular velocity")
     except UsageError:

@@ -37,6 +37,13 @@ if TYPE_CHECKING:
     from balance.masses.remedies.request import RemedyRequest
 
 
+# What to write in place of an option of another command.
+ELSEWHERE = {
+    "--speed": "balance shafts hold at any constant speed, and most remedies in any motion; "
+    "balance verify FILE --speed gives the loads of a file of --out",
+}
+
+
 def add_remedies(parser: Parser) -> None:
     """Add the options of the command ``remedies``."""
     parser.description = (
@@ -45,6 +52,7 @@ def add_remedies(parser: Parser) -> None:
         "one balances it, 1 if none does, 4 if that is undecided."
     )
     parser.epilog = f"remedies: {', '.join(CATALOGUE)}"
+    parser.elsewhere |= ELSEWHERE
     add_model_options(parser)
     parser.set_defaults(run=_run)
     add_matter_options(parser, "links that may get matter (default: all)")

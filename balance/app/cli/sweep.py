@@ -14,7 +14,7 @@ from balance.app.cli.exit_codes import DONE
 from balance.app.cli.number_arguments import add_workers, whole_number
 from balance.app.cli.outputs import add_page_option, kind_of, picture_path
 from balance.app.cli.progress import progress_bar
-from kinematics.errors import WorkerError
+from kinematics.errors import FileError, WorkerError
 
 if TYPE_CHECKING:
     from balance.studies.runs.results_file import ResultsFile
@@ -24,7 +24,9 @@ logger = logging.getLogger(__name__)
 # Rows of the table of results.
 ROWS = 10
 MAX_ROWS = 100_000
-EXPORTS = (".csv", ".parquet")
+# Largest number of a row.
+MAX_ROW = 10**12
+EXPORTS = (".csv", ".xlsx", ".parquet", ".urdf")
 
 
 def add_sweep(parser: Parser) -> None:
@@ -116,14 +118,25 @@ def _kept_text(path: str, file: ResultsFile) -> str:
 
 def _add_export(kinds: Verbs) -> None:
     """Add ``sweep export``."""
-    parser = kinds.add_parser("export", help="write all results as CSV or Parquet")
+    parser = kinds.add_parser(
+        "export",
+        help="write all results as a table, or one row as URDF",
+        description="Writes all results as a table, or the linkage of one row as URDF, with "
+        "its lengths and masses.",
+    )
     parser.add_argument("results", metavar="FILE.db", help="file of the results")
     parser.add_argument(
         "--out",
-        metavar="FILE.csv|.parquet",
+        metavar="FILE",
         type=_export_path,
         required=True,
-        help="the file to write",
+        help="the file to write: .csv, .xlsx or .parquet, or with --row .urdf",
+    )
+    parser.add_argument(
+        "--row",
+        type=whole_number(0, MAX_ROW),
+        metavar="N",
+        help="the row that is written as URDF; its number is that of sweep show",
     )
     add_json_option(parser, _export)
 
@@ -134,26 +147,56 @@ def _export(arguments: argparse.Namespace) -> Answer:
     Raises:
         LinkageError: a file cannot be read or written, or a library is missing.
     """
+    urdf = arguments.out.lower().endswith(".urdf")
+    if urdf != (arguments.row is not None):
+        arguments.refuse("--row N and --out FILE.urdf need each other: one row is one linkage")
     from balance.app.answers.text.sweep import export_body, export_data
-    from balance.studies.runs.export import export_csv, export_parquet
     from balance.studies.runs.results_file import ResultsFile
 
-    write: Callable[[ResultsFile, str, Callable[[int, int], None]], int] = export_csv
-    if arguments.out.lower().endswith(".parquet"):
-        write = export_parquet
     with ResultsFile.open(arguments.results) as file, progress_bar("rows", True) as advance:
-        data = export_data(file, arguments.out, write(file, arguments.out, advance))
+        if urdf:
+            rows = _export_row(file, arguments.row, arguments.out)
+        else:
+            rows = _export_table(file, arguments.out, advance)
+        data = export_data(file, arguments.out, rows)
     return Answer(DONE, lambda: data, lambda: export_body(data))
+
+
+def _export_table(file: ResultsFile, path: str, advance: Callable[[int, int], None]) -> int:
+    """Write all rows as a table of the kind of the path, and count them."""
+    from balance.studies.runs.export import export_csv, export_parquet, export_workbook
+
+    kind = Path(path).suffix.lower()
+    write = {".xlsx": export_workbook, ".parquet": export_parquet}.get(kind, export_csv)
+    return write(file, path, advance)
+
+
+def _export_row(file: ResultsFile, row: int, path: str) -> int:
+    """Write the linkage of one row as URDF.
+
+    Raises:
+        FileError: the file has no study of a sweep, or cannot be written.
+        LinkageError: the row is no linkage.
+    """
+    from balance.studies.sweeps.job import SweepJob
+    from balance.support.atomic_files import write_all_atomic
+
+    if file.about["kind"] != "sweep":
+        remedy = "balance discover export writes its members"
+        raise FileError(file.path, "", "is no file of a sweep", remedy)
+    linkage = SweepJob.from_description(file.about["description"]).linkage(row)
+    write_all_atomic([(path, linkage.to_urdf().encode())])
+    return 1
 
 
 def _export_path(text: str) -> str:
     """Check that a word names a file of a known kind.
 
     Raises:
-        ArgumentTypeError: it ends neither in .csv nor in .parquet.
+        ArgumentTypeError: it ends otherwise.
     """
     if not text.lower().endswith(EXPORTS):
-        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .csv nor in .parquet")
+        raise argparse.ArgumentTypeError(f"'{text}' ends in none of {', '.join(EXPORTS)}")
     return text
 
 

@@ -84,7 +84,7 @@ def counterweights(
 
     Args:
         space: a design space, or a linkage, its path or its name.
-        links: names of the links to which matter may be added.
+        links: names of the links to which matter may be added, or a text, ``"crank,rocker"``.
         regions: where, by name: a `Region` of the link frame, or its text, such as
             ``ball(0,0,0,0.1)``, ``box(-0.2:0,-0.1:0.1,0:0.1)``,
             ``cylinder(x,y,z,ax,ay,az,r,length)``, ``ellipsoid(x,y,z,a,b,c)`` in metres,

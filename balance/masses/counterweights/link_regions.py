@@ -43,7 +43,7 @@ def regions_of(
     """Find the region of each body to which matter may be added.
 
     Args:
-        links: names of the bodies, or ``("all",)`` for all.
+        links: names of the bodies, or ``("all",)`` for all; see `names_of_links`.
         regions: region of a body, or its text, by name; the others have `default_region`.
 
     Returns:
@@ -74,7 +74,12 @@ def regions_of(
 
 
 def names_of_links(space: DesignSpace, links: Sequence[str]) -> Sequence[str]:
-    """Return the names of links to which matter may be added; ``("all",)`` means all bodies."""
+    """Return the names of links to which matter may be added; ``("all",)`` means all bodies.
+
+    One text has names parted by commas, as on the command line.
+    """
+    if isinstance(links, str):
+        links = [name.strip() for name in links.split(",")]
     every = tuple(links) == (ALL,) and ALL not in space.linkage.places
     return space.bodies if every else links
 

@@ -17,6 +17,7 @@ from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import TRIANGLES
 from balance.support.tolerances import LUMP_SHARE_LEAST
+from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array
 
@@ -64,6 +65,17 @@ def filled_counterweights_at(
         if P[3, 3] > LUMP_SHARE_LEAST * total:
             weights.append(filled_counterweight(space.bodies[b], stock, form, P))
     return tuple(weights)
+
+
+def read_budget(budget: float | str) -> float:
+    """Read a budget, kilograms, or a text with a unit such as ``"500g"``.
+
+    Raises:
+        UsageError: it is no mass.
+    """
+    mass = read_quantity(budget, "mass") if isinstance(budget, str) else budget
+    check_budget(mass)
+    return mass
 
 
 def check_budget(budget: float) -> None:

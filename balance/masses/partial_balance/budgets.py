@@ -19,6 +19,7 @@ from balance.masses.partial_balance.added_weights import (
     check_budget,
     counterweights_at,
     filled_counterweights_at,
+    read_budget,
 )
 from balance.masses.partial_balance.elastic_frame import ElasticFrame
 from balance.masses.partial_balance.least_shaking import CapsConflict, LeastShaking, removed_by
@@ -62,7 +63,7 @@ UNLIMITED = 100.0
 def partial(
     space: DesignSpace | LinkageLike,
     links: Sequence[str],
-    budget: float,
+    budget: float | str,
     *,
     regions: Mapping[str, Region | str] | None = None,
     motion: Motion | str | Sequence[str] | None = None,
@@ -92,8 +93,8 @@ def partial(
     Args:
         space: a design space, or an argument of `kinematics.load`; a space for force balance
             does not count moments, and the motion of a space restricts the random motions.
-        links: names of the links that may get matter.
-        budget: most mass to add, kg, from 0 up.
+        links: names of the links that may get matter, or a text, ``"crank,rocker"``.
+        budget: most mass to add, kg, from 0 up, or a text, ``"500g"``.
         regions: where matter may be added, by link: a region, or a text such as
             ``"ball(0,0,0,0.1)"``; by default a ball about the proximal joint of half the
             link's length.
@@ -153,7 +154,7 @@ def partial(
         minimise,
         move,
     )
-    return single(asked, links, budget, options).designs[0]
+    return single(asked, links, read_budget(budget), options).designs[0]
 
 
 def single(
@@ -181,7 +182,7 @@ def pareto(
     space: DesignSpace | LinkageLike,
     links: Sequence[str],
     n: int = 12,
-    budget: float | None = None,
+    budget: float | str | None = None,
     *,
     regions: Mapping[str, Region | str] | None = None,
     motion: Motion | str | Sequence[str] | None = None,
@@ -247,8 +248,7 @@ def pareto(
     """
     if n < 2:
         raise UsageError(f"a front of {n} designs has no two ends: ask for 2 or more")
-    if budget is not None:
-        check_budget(budget)
+    most_added = None if budget is None else read_budget(budget)
     computed_space = as_space(space, motion, balance, 0)
 
     def advance(done: int, count: int) -> None:
@@ -269,12 +269,12 @@ def pareto(
         move,
     )
     problem = build_problem(computed_space, links, options, advance)
-    most, end = _largest_budget(problem, budget)
+    most, end = _largest_budget(problem, most_added)
     count, solved = len(problem.loads), {most: end}
     for done in range(1, n):
         advance(count + done, count)
         limit = most * (done - 1) / (n - 1)
-        if budget is None and most > 0.0:
+        if most_added is None and most > 0.0:
             limit = _next_budget(solved)
         solved[limit] = problem.solve(limit)
     advance(count + n, count)

@@ -291,7 +291,7 @@ def _turning_motion_text(linkage: Linkage, speed: float) -> str:
         return f"what turns fully is {' and '.join(ways.values())}; or {otherwise}"
     if len(names) == 1:
         return f"choose a joint that can with --inputs, or {otherwise}"
-    return otherwise
+    return f"choose inputs that can with --inputs, or {otherwise}"
 
 
 def _turns(linkage: Linkage, rates: Array) -> bool:

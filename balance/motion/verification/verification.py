@@ -14,6 +14,7 @@ from balance.motion.motion_tolerances import (
     SINGULAR_MOTION_DETERMINED,
 )
 from balance.motion.verification.crank_revolution import Crank
+from balance.motion.verification.harmonics import harmonic_peaks
 from balance.motion.verification.run import PARTS, Run
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
@@ -34,6 +35,8 @@ from kinematics.wording import (
 VERIFY_SCHEMA = "balance.verify/1"
 # Units of shaking loads.
 UNITS = {"force": "N", "moment": "N m"}
+# Harmonics of a revolution that are listed.
+HARMONICS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -449,4 +452,31 @@ class Verification(WithPage, WithPicture):
         (run,) = self.runs
         loads = {part: {"peak": run.peak(part), "rms": run.rms(part)} for part in PARTS}
         crank = {"input": self.crank.joint, "rate": self.crank.speed, "rpm": self.crank.rpm}
-        return {**crank, "periodic": self.crank.periodic, **loads}
+        return {
+            **crank,
+            "periodic": self.crank.periodic,
+            **loads,
+            "harmonics": self.harmonics(HARMONICS),
+        }
+
+    def harmonics(self, count: int) -> dict[str, list[float]] | None:
+        """Compute the largest force and moment of the first harmonics of a revolution.
+
+        What round-off decides is 0.
+
+        Args:
+            count: number of harmonics, from that of the speed on.
+
+        Returns:
+            Sizes of ``"force"``, N, and of ``"moment"`` about the point, N m, in order; None
+            without a crank, or if not all joints return to their start.
+        """
+        if self.crank is None or not self.crank.periodic:
+            return None
+        (run,) = self.runs
+        sizes: dict[str, list[float]] = {}
+        for part, columns in PARTS.items():
+            peaks = harmonic_peaks(run.about[:, columns], count)
+            least = self.round_off * self.part_scale(part)
+            sizes[part] = np.where(peaks > least, peaks, 0.0).tolist()
+        return sizes

@@ -1,16 +1,20 @@
-"""Export of results to CSV and Parquet, batch by batch, so that any number of rows fits."""
+"""Export of results to CSV, Parquet and workbooks; the first two of any number of rows."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from typing import Any
+from typing import IO, Any
 
 from balance.studies.runs.chunk_job import ROW_NUMBER
 from balance.studies.runs.results_file import ResultsFile
 from balance.support.atomic_files import open_atomic
 from balance.support.csv_text import csv_writer
-from kinematics.errors import PackageError
+from balance.support.workbook import require_openpyxl, workbook_of
+from kinematics.errors import PackageError, UsageError
+
+# Rows of a sheet of Excel, of which the first has the names.
+SHEET_ROWS = 1_048_576
 
 
 def export_csv(
@@ -31,18 +35,55 @@ def export_csv(
     Raises:
         FileError: the file cannot be written.
     """
+    with open_atomic(path) as raw:
+        return _write_csv(file, raw, progress)
+
+
+def export_workbook(
+    file: ResultsFile, path: str, progress: Callable[[int, int], None] | None = None
+) -> int:
+    """Write all results as a workbook of one sheet, with the table that `export_csv` writes.
+
+    Args:
+        path: path of the ``.xlsx`` file.
+        progress: called with the rows read and all rows.
+
+    Returns:
+        The number of rows.
+
+    Raises:
+        FileError: the file cannot be written.
+        PackageError: openpyxl is missing.
+        UsageError: there are more rows than a sheet holds.
+    """
+    require_openpyxl()
+    rows = file.computed()[1]
+    if rows >= SHEET_ROWS:
+        raise UsageError(
+            f"a sheet holds {SHEET_ROWS:,} rows, and these are {rows:,}: write a .csv instead"
+        )
+    table = io.BytesIO()
+    done = _write_csv(file, table, progress)
+    with open_atomic(path) as raw:
+        raw.write(workbook_of(table.getvalue(), "results"))
+    return done
+
+
+def _write_csv(
+    file: ResultsFile, raw: IO[bytes], progress: Callable[[int, int], None] | None
+) -> int:
+    """Write all results as CSV to a stream, and count the rows."""
     names = [column.name for column in file.columns]
     total, done = file.computed()[1], 0
-    with open_atomic(path) as raw:
-        text = io.TextIOWrapper(raw, encoding="utf-8", newline="", write_through=True)
-        writer = csv_writer(text)
-        writer.writerow([ROW_NUMBER, *names])
-        for rows in file.batches(names):
-            writer.writerows(rows)
-            done += len(rows)
-            if progress is not None:
-                progress(done, total)
-        text.detach()
+    text = io.TextIOWrapper(raw, encoding="utf-8", newline="", write_through=True)
+    writer = csv_writer(text)
+    writer.writerow([ROW_NUMBER, *names])
+    for rows in file.batches(names):
+        writer.writerows(rows)
+        done += len(rows)
+        if progress is not None:
+            progress(done, total)
+    text.detach()
     return done
 
 

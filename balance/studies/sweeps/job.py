@@ -23,7 +23,8 @@ from balance.studies.sweeps.quantities import RANK_DROP, full_options, quantity_
 from balance.studies.sweeps.row_quantities import QUANTITIES
 from balance.studies.sweeps.study_data import StudyData
 from balance.studies.sweeps.study_units import unit_of_path
-from kinematics.errors import FileError, LinkageError
+from kinematics.errors import FileError, LinkageError, UsageError
+from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array, Flags
 from kinematics.version import __version__
 
@@ -105,6 +106,27 @@ class SweepJob:
         with np.errstate(over="ignore", invalid="ignore"):
             values = _compute_rows(_plan_of(self.description), start, stop)
         return {column.name: values[column.name] for column in self.columns}
+
+    def linkage(self, row: int) -> Linkage:
+        """Build the linkage of a row, at the pose that closes its loops.
+
+        Args:
+            row: its number, from 0.
+
+        Raises:
+            UsageError: there is no such row, or its loops do not close.
+            LinkageError: no body has the masses of the row, or the linkage cannot move.
+        """
+        if not 0 <= row < self.rows:
+            raise UsageError(f"there is no row {row}: give one from 0 to {self.rows - 1}")
+        plan = _plan_of(self.description)
+        values = plan.values(row, row + 1)
+        closed, reasons = _close(plan, values)
+        if reasons[0]:
+            raise UsageError(f"row {row} is no linkage, for {reasons[0]}: give another row")
+        study, masses = plan.study, plan.masses(values, 0)
+        geometry = SweptGeometry(plan.linkage, masses, closed, 0, study.balance, study.spatial)
+        return geometry.linkage
 
     def compute_part(self, chunk: int, first: int) -> tuple[dict[str, Any], int]:
         """Compute rows of a chunk for a few seconds; see `PartedJob.compute_part`.
@@ -261,4 +283,4 @@ def _by_row(
 def _short(text: str, source: str) -> str:
     """Shorten a message to a reason that many rows share: without source, numbers, remedy."""
     words = text.removeprefix(f"{source}: ").partition("; ")[0]
-    return re.sub(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?![\w.])", "#", words)
+    return re.sub(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?![\w.])", "…", words)

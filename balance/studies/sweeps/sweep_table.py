@@ -21,6 +21,8 @@ from kinematics.wording import count_noun, first_names, html_facts, number_text,
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+    from kinematics.model.linkage import Linkage
+
 
 @dataclass(frozen=True, eq=False)
 class SweepTable(WithPage):
@@ -73,6 +75,21 @@ class SweepTable(WithPage):
                 rows.append((name, ends))
         told = ((f"{count} without an answer", why) for why, count in self.reasons.items())
         return html_facts(f"SweepTable: {count_noun(len(self), 'geometry')}", *told, *rows)
+
+    def linkage(self, row: int) -> Linkage:
+        """Build the linkage of a row, with its lengths and masses, at its closed pose.
+
+        Its ``to_urdf()`` is the text of a file; counterweights and matter of a budget, which a
+        study may compute, are not in it.
+
+        Args:
+            row: its number, from 0.
+
+        Raises:
+            UsageError: there is no such row, or its loops do not close.
+            LinkageError: no body has the masses of the row, or the linkage cannot move.
+        """
+        return self.job.linkage(row)
 
     def to_pandas(self) -> DataFrame:
         """Convert to a pandas table, with pandas installed."""

@@ -24,6 +24,7 @@ from balance.app.answers.html.verification import (
     polar_layout,
 )
 from balance.motion.verification.comparison import peak_change, round_off_of
+from balance.motion.verification.harmonics import harmonic_peaks
 from balance.motion.verification.verification import UNITS, Verification
 from balance.support.change_text import change_text
 from kinematics.numerics.array_types import Array
@@ -214,7 +215,7 @@ def _harmonics(
     parts = (("force", slice(3, 6)), ("moment", slice(0, 3)))
     for row, (_, part) in enumerate(parts):
         for state, (check, name) in enumerate(zip(pair, names, strict=True)):
-            sizes = harmonic_sizes(check.runs[k].about[:, part])
+            sizes = harmonic_peaks(check.runs[k].about[:, part], HARMONICS)
             trace = _trace(name, np.arange(1.0, HARMONICS + 1.0), sizes, state)
             marker = {"color": (BEFORE, AFTER)[state], "size": 7}
             traces.append(
@@ -237,22 +238,6 @@ def _harmonics(
         },
     }
     return {"data": traces, "layout": layout}
-
-
-def harmonic_sizes(load: Array) -> Array:
-    """Compute the amplitudes of the harmonics of a load over one revolution.
-
-    ``A_n = |2/N Σ_k F_k exp(-2πi n k/N)|``, the norm over the components, with N samples at
-    equal angles.
-
-    Args:
-        load: components at equal angles, both ends of the revolution (N + 1, 3).
-
-    Returns:
-        The amplitudes of the harmonics from the first on (12,).
-    """
-    spectrum = np.fft.rfft(load[:-1], axis=0) * (2.0 / (len(load) - 1))
-    return np.asarray(np.linalg.norm(spectrum[1 : HARMONICS + 1], axis=1))
 
 
 def _peak_rows(pair: Sequence[Verification], names: Sequence[str]) -> list[tuple[str, str]]:

@@ -11,6 +11,7 @@ from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Fact
 from balance.studies.runs.chunk_runs import RunSummary
 from balance.studies.runs.column_ranges import column_ranges
 from balance.studies.runs.results_file import ResultsFile
+from kinematics.errors import UsageError
 from kinematics.wording import count_noun, number_text
 
 SCHEMA = "balance.sweep/1"
@@ -117,10 +118,12 @@ def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Da
         count: number of rows.
 
     Raises:
-        UsageError: there is no such column.
+        UsageError: there is no such column, or round-off decides it.
     """
     table = file.read(order=order, descending=descending, limit=count)
     round_off = {each.column.name for each in column_ranges(file) if each.round_off}
+    if order in round_off:
+        raise UsageError(f"--sort {order}: it is round-off in all rows; sort by another column")
     columns = [
         {
             "name": column.name,

@@ -12,7 +12,7 @@ import numpy as np
 from balance.app.answers.answer import AnswerBody, Facts, joined_facts
 from balance.motion.verification.comparison import VerificationComparison, round_off_of
 from balance.motion.verification.holding_torques import HoldingTorques
-from balance.motion.verification.verification import Verification
+from balance.motion.verification.verification import HARMONICS, Verification
 from balance.support.change_text import grows
 from balance.support.linkage_names import linkage_names
 from kinematics.numerics.linalg.ties import first_largest
@@ -45,6 +45,7 @@ def verification_facts(check: Verification) -> list[tuple[str, str]]:
         *_motion_facts(check),
         ("shaking force", f"{force}; {force_residual} of inertia"),
         ("shaking moment", f"{moment}; {moment_residual} of inertia{_own_middle(check)}"),
+        *_harmonic_facts(check),
         ("about", f"{vector_text(check.point)} m{_middle(check)}"),
         *_table_facts(check),
         ("inertia force", f"{unit_text(check.scale, 'N', '.3g')}, the bodies' own at its peak"),
@@ -82,6 +83,18 @@ def _middle(verification: Verification) -> str:
 def _own_middle(verification: Verification) -> str:
     """Say that the part of the inertia is for moments about another point than the load."""
     return "" if verification.about_middle else " about its middle"
+
+
+def _harmonic_facts(verification: Verification) -> list[tuple[str, str]]:
+    """List the largest force and moment of the first harmonics of the speed of a crank."""
+    sizes = verification.harmonics(HARMONICS)
+    if sizes is None:
+        return []
+    parts = [
+        f"{part} {', '.join(verification.load_text(part, x) if x else '0' for x in loads)}"
+        for part, loads in sizes.items()
+    ]
+    return [("harmonics", f"1 to {HARMONICS}: {'; '.join(parts)}")]
 
 
 def _table_facts(verification: Verification) -> list[tuple[str, str]]:

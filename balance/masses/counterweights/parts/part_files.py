@@ -52,6 +52,13 @@ COLUMNS = (
     "ixy_kg_m2",
     "ixz_kg_m2",
     "iyz_kg_m2",
+    "mass_g",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "along_x_mm",
+    "along_y_mm",
+    "along_z_mm",
 )
 # Rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
 ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
@@ -106,13 +113,17 @@ class CounterweightPart(NamedTuple):
         assert weight.density is not None
         mass, com, inertia = mass_properties(from_pseudo_inertia(weight.density * self.moments))
         size = weight.region.size
+        centre = _without_round_off(com + weight.com, size)
         numbers = (
             weight.density,
             mass,
             mass / weight.density,
             plate.thickness if plate else None,
-            *_without_round_off(com + weight.com, size),
+            *centre,
             *_without_round_off(inertia[ENTRIES], mass * size * size),
+            1e3 * mass,
+            *(1e3 * x for x in centre),
+            *(1e3 * np.ptp(self.solid.points, axis=0)),
         )
         words = ("" if number is None else f"{number:.{DIGITS}g}" for number in numbers)
         files = (self.mesh, self.outline or "", (self.step or "") if solids else "")
@@ -150,7 +161,8 @@ def part_files(parts: Sequence[CounterweightPart], solids: bool = False) -> dict
 
     A mesh has its origin at the centre of mass of its counterweight, and the axes of the
     link; an outline has the coordinates of the link. The table has SI units, the centre in
-    the link frame, and tensors of inertia about it, all of the meshes.
+    the link frame, and tensors of inertia about it, all of the meshes; then the mass in
+    grams, and the centre and the sizes along the axes of the link in mm.
 
     Args:
         parts: from `parts_of`.

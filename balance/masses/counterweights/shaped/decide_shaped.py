@@ -77,7 +77,8 @@ def decide_shaped(
     sizes = choices[0].plural if len(choices) == 1 else f"{kind}s ({shape_text(choices)})"
     blank = free.undecided(
         f"no {sizes} that balance were found in the regions, where "
-        f"{number_text(free.added_mass)} kg of other shapes do",
+        f"{number_text(free.added_mass)} kg of other shapes do; larger regions, or another "
+        "size or shape, may hold them",
         shape=shape_text(choices),
         least_mass=free.added_mass,
     )

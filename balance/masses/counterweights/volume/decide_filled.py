@@ -33,6 +33,7 @@ from balance.support.tolerances import (
     COUNTERWEIGHT_RESIDUAL,
     FILLED_MASS_ZERO,
     FILLING_GAP,
+    MASS_GAP,
 )
 from kinematics.model.arrays import freeze
 from kinematics.wording import number_text
@@ -92,7 +93,11 @@ def balancing_mass(
     program = build_added_program(space, regions, "mass", moved=moved)
     matter = list(stocks.values())
     needed = density_needed(program, matter)
-    return program.unit * least_mass(program, matter, needed) if needed.factor <= 1.0 else None
+    if needed.factor > 1.0:
+        return None
+    mass = program.unit * least_mass(program, matter, needed)
+    # Of regions far beyond the linkage the program may end at a sum that is no mass.
+    return mass if mass >= -MASS_GAP * program.unit else None
 
 
 def _excluded(

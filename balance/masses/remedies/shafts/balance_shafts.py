@@ -155,8 +155,9 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
     taken = "force and moment" if asked and moments.all() else "force"
     reason = (
         f"at constant speed they take the {taken} of the {number}, and leave "
-        f"{number_text(residual, '.3g')} of the force in the file (root mean square); their "
-        "places are within two characteristic lengths of the crank"
+        f"{number_text(residual, '.3g')} of the force in the file (root mean square); "
+        f"{_unbalances_text(shafts)}; their places are within two characteristic lengths of "
+        "the crank"
     )
     if asked and not moments.all():
         reason += ", where they cannot take the moment"
@@ -174,6 +175,15 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
     assert costed.built is not None, "its cost was added up"
     # At constant speed, for which they are, gears of shafts carry no torque.
     return replace(costed, built=costed.built._replace(gear_mass=0.0))
+
+
+def _unbalances_text(shafts: Sequence[Shaft]) -> str:
+    """Name mass times eccentricity of shafts, and how they turn."""
+    items = [
+        f"{number_text(1e3 * abs(shaft.unbalance), '.4g')} g m at {shaft.ratio:+d}"
+        for shaft in shafts
+    ]
+    return f"unbalances {', '.join(items)} times the speed of the crank"
 
 
 def _details(

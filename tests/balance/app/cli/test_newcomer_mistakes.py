@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from pathlib import Path
 
 import pytest
 
@@ -52,7 +53,8 @@ MISTAKES = [
     ("report cut.urdf", 3, "cut.urdf: .*not well-formed XML"),
     ("report no_links.urdf", 3, "no_links.urdf: .*no <link>"),
     ("report", 2, "required: MODEL$"),
-    ("verify five_bar --speed u1=200rpm --speed u2=200rpm", 2, "--speed: given twice"),
+    ("verify five_bar --speed u1=200rpm --speed u2=200rpm", 2, "twice: .*--motion u2=u1"),
+    ("verify five_bar --speed u1=200rpm,u2=-200rpm", 2, "one crank, .* --motion u2=-2.u1$"),
     (
         "counterweights slider_crank --region crank=cylinder(0,0,0,0,0,1mm,45mm,30mm)",
         2,
@@ -132,6 +134,7 @@ MISTAKES = [
     ("sweep show none.db", 3, "none.db: no such file; give the file of a run"),
     ("discover run --topology slidercrank", 2, "'slidercrank' .did you mean 'slider-crank'"),
     ("springs four_bar_kite --between base,rokcer", 3, "rokcer.*did you mean 'rocker'"),
+    ("remedies slider_crank --speed 300rpm", 2, "shafts hold at any .*verify FILE --speed"),
     ("remedies four_bar_kite --only passive_weel", 2, "did you mean 'passive_wheel'"),
     ("remedies four_bar_kite --only wheels", 2, "no remedy 'wheels': choose from own_masses"),
     ("formulas three_rsr", 3, "it has 2 loops: formulas of spatial linkages are of"),
@@ -282,3 +285,68 @@ def test_millimetres_in_a_file_are_noticed(folder):
     path = _changed(folder, lambda text: re.sub(r'<origin xyz="([^"]*)"', thousand, text))
     assert "its links are up to 1140 m apart" in asked(["report", str(path)]).err
     assert "apart" not in asked(["report", "four_bar_general"]).err
+
+
+@pytest.mark.parametrize(
+    ("masses", "inertias", "said"),
+    [
+        (1000, 1000, "its links weigh .* kg, more than a machine of .*multiply grams by 0.001"),
+        (1, 1e6, "<inertia> is in kg m²; multiply kg mm² by 1e-6"),
+        (1000, 1e9, "<inertia> is in kg m²; .*g mm² by 1e-9, and grams in <mass> by 0.001"),
+    ],
+)
+def test_grams_and_square_millimetres_in_a_file_are_noticed(masses, inertias, said, folder):
+    """A file in which all masses, or all moments of inertia, have another unit."""
+    text = gallery()["slider_crank"].read_text(encoding="utf-8")
+    for name, factor in (("value", masses), ("i[xyz]{2}", inertias)):
+        text = re.sub(
+            rf'({name})="([^"]*)"', lambda m, f=factor: f'{m[1]}="{f * float(m[2]):g}"', text
+        )
+    path = folder / "robot.urdf"
+    path.write_text(text, encoding="utf-8")
+    code, _, err = asked(["report", str(path)])
+    assert code == 0 and re.search(said, err), err
+    assert "multiply" not in asked(["report", "slider_crank"]).err
+
+
+def _five_bar():
+    """A symmetric five-bar of 0.2 m, as text."""
+    bars = {"crank": (0.05, 0.15, 1.3e-4), "rod": (0.1, 0.12, 4e-4)}
+    links = "".join(
+        f'<link name="{name}{side}"><inertial><origin xyz="{x} 0 0"/><mass value="{m}"/>'
+        f'<inertia ixx="1e-6" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        for side in "12"
+        for name, (x, m, i) in bars.items()
+    )
+    joints = "".join(
+        f'<joint name="m{side}" type="continuous"><parent link="base"/>'
+        f'<child link="crank{side}"/><origin xyz="{place} 0 0" rpy="0 0 {angle}"/>'
+        f'<axis xyz="0 0 1"/></joint><joint name="e{side}" type="continuous">'
+        f'<parent link="crank{side}"/><child link="rod{side}"/>'
+        f'<origin xyz="0.1 0 0" rpy="0 0 {turn}"/><axis xyz="0 0 1"/></joint>'
+        for side, place, angle, turn in (("1", -0.06, 2.0944, -1.2), ("2", 0.06, 1.0472, 1.2))
+    )
+    ends = "".join(
+        f'<{end} link="rod{side}"><origin xyz="0.2 0 0"/></{end}>'
+        for end, side in (("predecessor", "1"), ("successor", "2"))
+    )
+    loop = f'<loop name="tip" type="revolute">{ends}<axis xyz="0 0 1"/></loop>'
+    return f'<robot name="five"><link name="base"/>{links}{joints}{loop}</robot>'
+
+
+@pytest.mark.slow
+def test_regions_of_a_kilometre_name_no_negative_mass(folder):
+    """Millimetres without their unit: a notice, and no change of the request that is none."""
+    (folder / "five.urdf").write_text(_five_bar(), encoding="utf-8")
+    far = "box(-80:-20,-30:30,-10:10)"
+    regions = [word for k in "12" for word in ("--region", f"crank{k}={far}")]
+    words = ["five.urdf", "--balance", "force", "--links", "crank1,crank2", *regions]
+    code, out, err = asked(["counterweights", *words])
+    assert code == 1 and "regions are in metres" in err
+    assert not re.search(r"\(-[\d.e+]+ kg", out), out
+
+
+def test_the_files_of_the_gallery_are_found():
+    """To change a copy of one."""
+    folder = asked(["models"]).err.splitlines()[-1].removeprefix("their files are in ")
+    assert {path.parent for path in gallery().values()} == {Path(folder)}

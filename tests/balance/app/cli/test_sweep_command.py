@@ -183,7 +183,14 @@ REFUSALS = [
     (["show", "kite.db", "--plot", "rank,reason", "--out", "a.svg"], 2, "holds texts"),
     (["show", "kite.db", "--count", "0"], 2, "from 1 to"),
     (["show", "kite.db", "--html", "a.txt"], 2, "neither in .html nor in .htm"),
-    (["export", "kite.db", "--out", "a.xls"], 2, "neither in .csv nor in .parquet"),
+    (["export", "kite.db", "--out", "a.xls"], 2, "ends in none of .csv, .xlsx, .parquet"),
+    (["export", "kite.db", "--out", "a.urdf"], 2, "--row N and --out FILE.urdf need each"),
+    (["export", "kite.db", "--out", "a.csv", "--row", "1"], 2, "one row is one linkage"),
+    (
+        ["export", "kite.db", "--out", "a.urdf", "--row", "5"],
+        2,
+        "no row 5: give one from 0 to 4",
+    ),
     (["export", "kite.db", "--out", "no/a.csv"], 3, "cannot be written"),
     (["export", "none.db", "--out", "a.csv"], 3, "no such file"),
 ]

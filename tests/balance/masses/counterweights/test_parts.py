@@ -52,9 +52,15 @@ def check_meshes(files, weights, rays=1e-6):
         mesh = trimesh.load(io.BytesIO(files[row["mesh"]]), file_type="stl")
         mesh.apply_scale(1e-3)
         assert mesh.is_watertight and mesh.is_winding_consistent
+        extents = [row[f"along_{axis}_mm"] for axis in "xyz"]
+        np.testing.assert_allclose(1e3 * mesh.extents, extents, rtol=1e-6)
+        assert row["mass_g"] == pytest.approx(1e3 * row["mass_kg"], rel=1e-7)
         mass = mesh.volume * row["density_kg_m3"]
         size = np.sqrt(np.trace(weight.inertia) / weight.mass)
         centre = np.array([row[f"{axis}_m"] for axis in "xyz"])
+        np.testing.assert_allclose(
+            [row[f"{axis}_mm"] for axis in "xyz"], 1e3 * centre, rtol=1e-7
+        )
         inertia = mesh.moment_inertia * row["density_kg_m3"]
         for wanted in (row["mass_kg"], weight.mass):
             assert mass == pytest.approx(wanted, rel=1e-6)

@@ -65,6 +65,8 @@ def test_a_slider_crank_has_the_shafts_of_lanchester():
     }
     unbalance = {shaft["ratio"]: shaft["unbalance"] for shaft in both.details["shafts"]}
     assert unbalance == pytest.approx(expected, rel=1e-8)
+    # The answer names them, in g m: 102 and 54 for the first harmonic.
+    assert "unbalances 102 g m at +1, 54 g m at -1 times the speed" in first.reason
     assert both.added_mass == pytest.approx(sum(expected.values()) / RADIUS, rel=1e-8)
     # No force has a moment about the axis of the crank, where all shafts stand therefore.
     places = [shaft["place"] for shaft in both.details["shafts"]]

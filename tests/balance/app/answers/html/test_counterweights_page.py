@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import balance
-from balance.app.answers.html.before_after import harmonic_sizes
 from balance.app.answers.html.counterweights import counterweights_page
 from balance.app.answers.html.filled_surface import filled_surface
 from balance.app.answers.html.partial_balance import front_page, loads_of
@@ -38,15 +37,6 @@ def test_changes_in_words():
         "85 g added",
         "nothing added",
     ]
-
-
-def test_harmonics_of_a_known_load():
-    """Of ``3 cos θ``, ``4 sin 2θ`` along two axes, and a mean that is none."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 721)
-    load = np.column_stack([3.0 * np.cos(angle) + 7.0, 4.0 * np.sin(2 * angle), 0.0 * angle])
-    sizes = harmonic_sizes(load)
-    np.testing.assert_allclose(sizes[:2], [3.0, 4.0], atol=1e-9)
-    np.testing.assert_allclose(sizes[2:], 0.0, atol=1e-9)
 
 
 def lines_of(chart):

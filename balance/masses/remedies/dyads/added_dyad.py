@@ -24,7 +24,6 @@ from balance.masses.remedies.dyads.dyad_sizes import best_size, size_words, turn
 from balance.masses.remedies.dyads.known_dyads import (
     GEOMETRIES,
     DyadSeed,
-    dyad_seeds,
     hinges_of,
     sides_of,
 )
@@ -32,6 +31,7 @@ from balance.masses.remedies.dyads.with_dyad import (
     DYAD_LINKS,
     dyad_space,
     is_like,
+    known_seeds,
     load_with_dyad,
     why_no_dyad,
 )
@@ -69,7 +69,7 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         return
     named = KEY in request.only
     walks, most = (WALKS, None) if named else (0, GEOMETRIES)
-    seeds = list(dyad_seeds(request.linkage))
+    seeds = known_seeds(request)
     kinds = [
         [seed for seed in seeds if seed.dyad.slides == slides][:most]
         for slides in (False, True)

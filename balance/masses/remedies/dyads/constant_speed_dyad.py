@@ -43,10 +43,11 @@ from balance.masses.remedies.applied import (
 )
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_document
 from balance.masses.remedies.dyads.dyad_sizes import best_size, size_words, turn_words
-from balance.masses.remedies.dyads.known_dyads import GEOMETRIES, DyadSeed, dyad_seeds
+from balance.masses.remedies.dyads.known_dyads import GEOMETRIES, DyadSeed
 from balance.masses.remedies.dyads.with_dyad import (
     DYAD_LINKS,
     dyad_space,
+    known_seeds,
     why_no_dyad,
 )
 from balance.masses.remedies.least_matter import least_matter_or_none, rim_text
@@ -101,9 +102,8 @@ def apply_constant_speed_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]
     alone = _without_dyad(request, turn)
     if alone is not None:
         yield alone
-    known = list(dyad_seeds(request.linkage))
     for slides in (False, True):
-        seeds = [seed for seed in known if seed.dyad.slides == slides]
+        seeds = [seed for seed in known_seeds(request) if seed.dyad.slides == slides]
         applied = _lightest(request, turn, seeds, slides)
         if alone is None or (applied.added_mass or inf) < (alone.added_mass or inf):
             yield applied

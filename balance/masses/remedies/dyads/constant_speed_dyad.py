@@ -25,7 +25,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf, pi
 from typing import NamedTuple
@@ -64,7 +64,6 @@ from balance.support.tolerances import MASSES_EQUAL, ROTOR_WITHOUT_MOMENTUM
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
-from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import stack_parameters
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
@@ -187,7 +186,7 @@ def _lightest(
     tried = seeds if named else seeds[:GEOMETRIES]
     choices = _lightest_first(_tried(request, turn, tried))
     if named:
-        choices = _lightest_first(_sought(request, turn, choices[:SOUGHT]))
+        choices = _lightest_first(_sought(request, turn, choices))
     kind = "RRP" if slides else "RRR"
     matter = _matter_with(request, turn, choices[0].seed) if choices else None
     if matter is None:
@@ -216,17 +215,19 @@ def _lightest(
 def _tried(
     request: RemedyRequest, turn: CrankTurn, seeds: Iterable[DyadSeed]
 ) -> Iterator[_Choice]:
-    """Yield geometries that take matter, the lightest ones also in the opposite direction."""
-    ahead = []
+    """Yield the lightest geometries with which the crank turns fully, in two directions."""
+    ahead, spaces = [], {}
     for seed in seeds:
         space = dyad_space(request, seed)
         if space is None or not _is_steady(space, turn):
             continue
         matter = _matter_with(request, turn, seed, points=True)
-        if matter is not None and _turns_well(request, space.linkage, turn):
+        if matter is not None:
             ahead.append(_Choice(seed, 0.0, matter.added_mass))
-    yield from ahead
-    for choice in _lightest_first(ahead)[:SOUGHT]:
+            spaces[seed] = space
+    lightest = _lightest_first(ahead, lambda seed: _turns_well(request, spaces[seed], turn))
+    yield from lightest
+    for choice in lightest:
         resized = choice.seed.resized(1.0, pi)
         matter = _matter_with(request, turn, resized, points=True)
         if matter is not None:
@@ -247,20 +248,27 @@ def _sought(
             yield _Choice(sized.seed, choice.turned + sized.turn, sized.mass)
 
 
-def _lightest_first(choices: Iterable[_Choice]) -> list[_Choice]:
-    """Sort choices by mass, and keep the lightest of each geometry."""
+def _lightest_first(
+    choices: Iterable[_Choice], fits: Callable[[DyadSeed], bool] = lambda _: True
+) -> list[_Choice]:
+    """Find the lightest ones, of different geometries, that fit; at most `SOUGHT`.
+
+    Args:
+        fits: whether one counts; it is asked from the lightest on until there are enough.
+    """
     listed = list(choices)
-    order = rank_least_first([choice.mass for choice in listed], relative=MASSES_EQUAL)
     best: dict[tuple[str, Dyad], _Choice] = {}
-    for k in order:
-        best.setdefault((listed[k].seed.words, listed[k].seed.dyad), listed[k])
+    for k in rank_least_first([choice.mass for choice in listed], relative=MASSES_EQUAL):
+        key = (listed[k].seed.words, listed[k].seed.dyad)
+        if len(best) < SOUGHT and key not in best and fits(listed[k].seed):
+            best[key] = listed[k]
     return list(best.values())
 
 
-def _turns_well(request: RemedyRequest, linkage: Linkage, turn: CrankTurn) -> bool:
+def _turns_well(request: RemedyRequest, space: DesignSpace, turn: CrankTurn) -> bool:
     """Whether the crank turns fully with a dyad, far from dead points of the dyad."""
     try:
-        return revolve(request, linkage, turn.joint.name).conditioning > DEAD_POINT
+        return revolve(request, space.linkage, turn.joint.name).conditioning > DEAD_POINT
     except LinkageError:
         return False
 

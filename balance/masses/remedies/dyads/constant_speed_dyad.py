@@ -42,7 +42,13 @@ from balance.masses.remedies.applied import (
     with_cost,
 )
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_document
-from balance.masses.remedies.dyads.dyad_sizes import best_size, size_words, turn_words
+from balance.masses.remedies.dyads.dyad_sizes import (
+    AS_POINTS,
+    NOT_SOUGHT,
+    best_size,
+    size_words,
+    turn_words,
+)
 from balance.masses.remedies.dyads.known_dyads import GEOMETRIES, DyadSeed
 from balance.masses.remedies.dyads.with_dyad import (
     DYAD_LINKS,
@@ -168,11 +174,16 @@ def _without_dyad(request: RemedyRequest, turn: CrankTurn) -> AppliedRemedy | No
 
 
 class _Choice(NamedTuple):
-    """A dyad in a direction, radians, and the matter that it takes, kg."""
+    """A dyad in a direction, radians, and the matter that it takes, kg.
+
+    Attributes:
+        beyond: what is known of sizes beyond the bound, if its size is one.
+    """
 
     seed: DyadSeed
     turned: float
     mass: float
+    beyond: str = NOT_SOUGHT
 
 
 def _lightest(
@@ -199,13 +210,14 @@ def _lightest(
         more = "" if named else f"; --only {KEY} tries all that are known"
         reason = f"no member found: {reason}{more}"
         return AppliedRemedy(KEY, f"{kind} between any two links", "undecided", reason)
-    seed, turned, _ = choices[0]
+    seed, turned, _, beyond = choices[0]
+    beyond += AS_POINTS * (named and request.density is not None)
     frame = request.linkage.chain.frame
     _, links, joints = dyad_document(request.base, seed.dyad, seed.numbers, frame)
     first, second = seed.dyad.sides
     how = "" if named else f", the better of two directions (--only {KEY} seeks the best)"
     words = (
-        f"{kind} between {first.name} and {second.name}: {size_words(seed)}, "
+        f"{kind} between {first.name} and {second.name}: {size_words(seed, beyond)}, "
         f"{turn_words(turned)}{how}"
     )
     details = {"kind": kind, "geometry": seed.words, "size": seed.size, "turned": turned}
@@ -245,7 +257,7 @@ def _sought(
 
     for choice in choices:
         if sized := best_size(choice.seed, mass_of):
-            yield _Choice(sized.seed, choice.turned + sized.turn, sized.mass)
+            yield _Choice(sized.seed, choice.turned + sized.turn, sized.mass, sized.beyond)
 
 
 def _lightest_first(

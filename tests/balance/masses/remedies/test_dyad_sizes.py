@@ -37,9 +37,12 @@ def first_that_helps(request):
 
 @pytest.mark.slow
 def test_sizes_of_twenty_random_starts_agree():
-    """Within 5 %, and no size and direction of a grid is lighter than the row by more."""
+    """Within 5 %, and no size and direction of a grid is lighter than the row by more.
+
+    With positions of 14 digits half of all directions had no matter, and starts differed by 60 %.
+    """
     request = RemedyRequest(as_linkage("four_bar_general"), only=NAMED)
-    applied = next(iter(apply_added_dyad(request)))
+    applied = next(row for row in apply_added_dyad(request) if row.verdict == "feasible")
     seed, mass_of = first_that_helps(request)
     starts = np.random.default_rng(6).uniform(0.0, TURN, 20)
     masses = [best_size(seed, mass_of, start).mass for start in starts]
@@ -92,6 +95,7 @@ def test_a_list_of_all_remedies_says_that_sizes_are_not_sought(density):
     rows = [*apply_added_dyad(request), *apply_constant_speed_dyad(request)]
     built = [row for row in rows if " between " in row.words and "any two" not in row.words]
     assert len(built) >= 3
+    assert any(row.verdict == "infeasible" for row in built), "it takes no mass at any size"
     for row in built:
         assert "as large (a bound: not sought)" in row.words
         assert "larger ones" not in row.words.replace("at the rim", "")

@@ -36,7 +36,9 @@ def element_lines(item: Element, margin: str) -> Iterator[str]:
     Args:
         margin: text before each line.
     """
-    pairs = (f' {key}="{value.translate(_IN_ATTRIBUTES)}"' for key, value in item.attributes.items())
+    pairs = (
+        f' {key}="{value.translate(_IN_ATTRIBUTES)}"' for key, value in item.attributes.items()
+    )
     head = f"{margin}<{item.tag}{''.join(pairs)}"
     text = item.text.translate(_IN_TEXT)
     if not item.children:

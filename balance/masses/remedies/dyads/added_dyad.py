@@ -20,7 +20,12 @@ from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy, refused
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, convert_numbers, dyad_document
 from balance.masses.remedies.dyads.dyad_search import AngleRelations, DyadWalk, walk
-from balance.masses.remedies.dyads.dyad_sizes import AS_POINTS, best_size, size_words, turn_words
+from balance.masses.remedies.dyads.dyad_sizes import (
+    AS_POINTS,
+    best_size,
+    size_words,
+    turn_words,
+)
 from balance.masses.remedies.dyads.known_dyads import (
     GEOMETRIES,
     DyadSeed,

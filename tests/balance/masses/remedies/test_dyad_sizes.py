@@ -39,7 +39,7 @@ def first_that_helps(request):
 def test_sizes_of_twenty_random_starts_agree():
     """Within 5 %, and no size and direction of a grid is lighter than the row by more.
 
-    With positions of 14 digits half of all directions had no matter, and starts differed by 60 %.
+    With positions of 14 digits many directions had no matter, and starts differed by 60 %.
     """
     request = RemedyRequest(as_linkage("four_bar_general"), only=NAMED)
     applied = next(row for row in apply_added_dyad(request) if row.verdict == "feasible")

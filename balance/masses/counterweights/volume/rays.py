@@ -13,7 +13,6 @@ from the surface on which the polynomial vanishes.
 from __future__ import annotations
 
 from functools import lru_cache
-from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -89,8 +88,7 @@ def integrate_positive_part(
     o, sides, w = rays
     intervals = _positive_intervals(rays, form)
     # What is positive up to a root counts there, and not beyond: plus or minus its power of τ.
-    # The powers are whole and small: multiplied, they take a tenth of the time of ``**``.
-    parts = [change * prod([tau] * powers[0]) for tau, change in intervals.roots]
+    parts = [change * tau ** powers[0] for tau, change in intervals.roots]
     moments = []
     for power in powers:
         moments.append(w * (parts[0] + parts[1] + intervals.at_end) / power)

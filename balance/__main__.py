@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+
 from balance.app.cli.main import main
 from kinematics.numerics.compiled.background import begin_command
 
@@ -13,7 +15,10 @@ def command() -> int:
         The exit code.
     """
     begin_command()
-    return main()
+    code = main()
+    # The process ends: Python need not look for garbage among all that it has imported.
+    gc.freeze()
+    return code
 
 
 if __name__ == "__main__":

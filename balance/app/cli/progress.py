@@ -83,17 +83,17 @@ def progress_bar(what: str, rate: bool = False) -> Iterator[Advance]:
     start, shown = monotonic(), ExitStack()
     bar: Progress | None = None
     before: int | None = None
+    # Kernels of notebooks set FORCE_COLOR, which makes rich take a pipe for a terminal.
+    piped = not os.isatty(STANDARD_ERROR)
 
     def advance(done: int, total: int, remark: str = "") -> None:
         nonlocal bar, before
         before = done if before is None else before
-        if bar is None and monotonic() - start > BAR_PATIENCE:
+        if bar is None and not piped and monotonic() - start > BAR_PATIENCE:
             from rich.console import Console
             from rich.progress import Progress
 
-            # Kernels of notebooks set FORCE_COLOR, which makes rich take a pipe for a terminal.
-            piped = not os.isatty(STANDARD_ERROR)
-            bar = Progress(console=Console(stderr=True), transient=True, disable=piped)
+            bar = Progress(console=Console(stderr=True), transient=True)
             bar.add_task(what, completed=before, total=total)
             shown.enter_context(bar)
         if bar is not None:

@@ -20,6 +20,8 @@ from balance.space.spaces.design_space import DesignSpace
 
 # Distance from the middle of a region, of its size, from which matter is at its rim.
 AT_RIM = 0.999
+# How a reason begins to say which matter is at a rim; see `rim_text`.
+RIM = "; at the rim of the regions of "
 # Why nothing is proved of a geometry that is special but for the last digits of its lengths.
 ROUNDED = (
     "matter in these regions does not balance it, and its lengths are rounded, so that no "
@@ -78,7 +80,13 @@ def rim_text(
     ]
     if not at_rim:
         return ""
-    return f"; at the rim of the regions of {', '.join(at_rim)}: larger ones {gain}"
+    return f"{RIM}{', '.join(at_rim)}: larger ones {gain}"
+
+
+def rim_of(reason: str) -> str:
+    """Take from a reason what it says of a rim, for another reason with the same matter."""
+    _, rim, links = reason.partition(RIM)
+    return rim + links
 
 
 def _reach(weight: Counterweight) -> float:

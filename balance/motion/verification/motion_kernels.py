@@ -134,18 +134,22 @@ def motion_workspace(chain: Chain) -> tuple[object, ...]:
 
 
 @kernel
-def _regressors_at(chain, links, sample, workspace):
+def _regressors_at(chain, links, sample, workspace, carried):
     """Compute the regressors of momentum and rate at one sample, in the workspace.
+
+    Arrays are copied number by number here and below: an assignment of whole arrays compiles a
+    text for the case that shapes differ, which takes as long as the rest.
 
     Args:
         chain: in: arrays of a spatial chain, as `Chain.walked`.
         links: in: link of each body (bodies,).
         sample: in: joint positions (n,), velocities and accelerations of the inputs (1, width).
         workspace: as from `load_workspace`; its last part holds the result.
+        carried: out: joint screws (n, 6).
     """
     parent, screws, _, _, _, moves, _ = chain
     q, speed, change = sample
-    series, (H, N, X, _), (pose, carried, scratch, both) = workspace
+    series, (H, N, X, _), (pose, scratch, both) = workspace
     place_links(parent, screws, q, pose, carried, scratch)
     spatial_series(0, 1, 0, 1, chain, carried, speed, series)
     X[:] = 0.0
@@ -175,11 +179,15 @@ def fill_load_regressors(chain, links, samples, workspace, screws, loads):
         loads: out: ``[momentum, rate]`` per unit of each parameter (2, N, bodies, 6, 10).
     """
     positions, speeds, changes = samples
-    pose, both = workspace[2][1], workspace[2][3]
+    both = workspace[2][2]
     for k in range(positions.shape[0]):
-        _regressors_at(chain, links, (positions[k], speeds[k], changes[k]), workspace)
-        screws[k] = pose
-        loads[0, k], loads[1, k] = both[0], both[1]
+        sample = positions[k], speeds[k], changes[k]
+        _regressors_at(chain, links, sample, workspace, screws[k])
+        for b in range(links.size):
+            for i in range(6):
+                for p in range(10):
+                    loads[0, k, b, i, p] = both[0, b, i, p]
+                    loads[1, k, b, i, p] = both[1, b, i, p]
 
 
 @kernel
@@ -196,10 +204,10 @@ def fill_loads(chain, links, z, samples, workspace, screws, loads):
         loads: out: ``[momentum, rate]`` (2, N, bodies, 6).
     """
     positions, speeds, changes = samples
-    pose, both = workspace[2][1], workspace[2][3]
+    both = workspace[2][2]
     for k in range(positions.shape[0]):
-        _regressors_at(chain, links, (positions[k], speeds[k], changes[k]), workspace)
-        screws[k] = pose
+        sample = positions[k], speeds[k], changes[k]
+        _regressors_at(chain, links, sample, workspace, screws[k])
         for b in range(links.size):
             for i in range(6):
                 momentum = rate = 0.0
@@ -344,11 +352,11 @@ def load_workspace(chain: Chain) -> tuple[tuple[Array, ...], ...]:
 
     Returns:
         The workspace of a series of order 1; that of the regressor; displacements (n, 4, 4),
-        screws (n, 6), one displacement more, and both regressors (2, bodies, 6, 10).
+        one displacement more, and both regressors (2, bodies, 6, 10).
     """
     series = series_workspace(chain, 1, 1)
     per, size = rows_per_column(False, False), parameters_per_body(False, False)
     moments = moments_workspace(series[3], chain.links, chain.moves, per, size)
     n = chain.parent.size
-    places = np.empty((n, 4, 4)), np.empty((n, 6)), np.empty((4, 4))
+    places = np.empty((n, 4, 4)), np.empty((4, 4))
     return series, moments, (*places, np.zeros((2, chain.links.size, 6, 10)))

@@ -283,14 +283,15 @@ def measure_shaking(linkage: Linkage, motions: Iterable[Trajectory]) -> Relative
     """
     masses, chain = mass_parameters(linkage), input_chain(linkage)
     model, length = PinocchioModel(linkage, masses), linkage.spatial_chain.frame.length
-    peaks = []
-    for trajectory in motions:
-        joints = (x / chain.units for x in (trajectory.q, trajectory.qd, trajectory.qdd))
-        inertia = chain.frame.length * inertia_sizes(chain, masses, *joints)
-        reaction = move_wrenches(model.reactions(trajectory), chain.frame.origin)
-        moment, force = np.linalg.norm(reaction.reshape(-1, 2, 3), axis=2).T
-        peaks.append([part.max(initial=0.0) for part in (force, moment, inertia)])
-    force, moment, inertia = np.max(peaks, axis=0).tolist()
+    listed = list(motions)
+    reactions = np.concatenate([model.reactions(trajectory) for trajectory in listed])
+    moved = move_wrenches(reactions, chain.frame.origin).reshape(-1, 2, 3)
+    moment, force = np.linalg.norm(moved, axis=2).max(axis=0, initial=0.0).tolist()
+    # All samples of all motions at once: they have no order.
+    together = zip(*((each.q, each.qd, each.qdd) for each in listed), strict=True)
+    joints = (np.concatenate(parts) / chain.units for parts in together)
+    sizes = inertia_sizes(chain, masses, *joints)
+    inertia = chain.frame.length * float(sizes.max(initial=0.0))
     if inertia == 0.0:
         return RelativeShaking(0.0, 0.0)
     return RelativeShaking(force / inertia, moment / length / inertia)

@@ -70,7 +70,14 @@ def perpendicular_to(n: Array, direction: ArrayLike | None = None) -> Array:
     return unit_vector(project_out(d, n))
 
 
-def freedoms_of_joint(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Array]]:
+def has_one_axis(kind: str) -> bool:
+    """Whether a type of joint moves about and along its axis n alone."""
+    return all(step.endswith(" n") for step in FREEDOMS[kind])
+
+
+def freedoms_of_joint(
+    kind: str, n: Array, u: Array | None, point: Array
+) -> list[tuple[str, Array]]:
     """Compute the single freedoms of a joint, from its fixed side to its moving side.
 
     Args:
@@ -78,13 +85,14 @@ def freedoms_of_joint(kind: str, n: Array, u: Array, point: Array) -> list[tuple
         n: its axis, a unit vector (3,): the normal of a planar joint and the first
             axis of a universal or spherical one.
         u: unit vector (3,) perpendicular to ``n``: second axis of a universal or spherical
-            joint, first direction of a planar one. The third is ``n × u``.
+            joint, first direction of a planar one. The third is ``n × u``. None for a joint
+            that `has_one_axis`.
         point: a point of every rotation axis (3,), in metres.
 
     Returns:
         Kind (``"revolute"`` or ``"prismatic"``) and screw (6,) of each.
     """
-    directions = {"n": n, "u": u, "w": np.cross(n, u)}
+    directions = {"n": n} if u is None else {"n": n, "u": u, "w": np.cross(n, u)}
     steps = []
     for motion, axis in (step.split() for step in FREEDOMS[kind]):
         if motion == "turn":

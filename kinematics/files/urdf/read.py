@@ -24,6 +24,7 @@ from kinematics.files.urdf.loop_file import merge_loop_file
 from kinematics.files.urdf.loop_joints import (
     attach_loop,
     freedoms_of_joint,
+    has_one_axis,
     perpendicular_to,
     unit_vector,
 )
@@ -195,13 +196,15 @@ def _freedoms(joint: Element, frame: Array) -> list[tuple[str, Array]]:
         return []
     first, second = joint.first("axis"), joint.first("axis2")
     axis = unit_vector(first.vector("xyz", "") if first else [1.0, 0.0, 0.0])
-    across = perpendicular_to(axis, second.vector("xyz", "") if second else None)
-    n, u, point = frame[:3, :3] @ axis, frame[:3, :3] @ across, frame[:3, 3]
+    kind, n, point = joint.attributes["type"], frame[:3, :3] @ axis, frame[:3, 3]
     thread = joint.first("screw_thread_pitch")
     pitch = thread.vector("value", "")[0] / (2 * np.pi) if thread else 0.0
     if pitch:
         return [("helical", revolute(n, point, pitch))]
-    return freedoms_of_joint(joint.attributes["type"], n, u, point)
+    if has_one_axis(kind):
+        return freedoms_of_joint(kind, n, None, point)
+    across = perpendicular_to(axis, second.vector("xyz", "") if second else None)
+    return freedoms_of_joint(kind, n, frame[:3, :3] @ across, point)
 
 
 def inertial_parameters(inertial: Inertial, pose: Array) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -11,10 +10,11 @@ from kinematics.model.document.element import Element
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import ROTATION_ROUND_OFF
 
-# Beside those of XML, the characters that a parser would turn into blanks.
-_QUOTED = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
-# In text only the end of a line that a parser would convert.
-_BREAKS = {"\r": "&#13;"}
+# Characters that are written otherwise. In text, beside those of XML, only the end of a line
+# that a parser would convert; in attributes all that it would turn into blanks. The library's
+# `xml.sax.saxutils` does the same, and imports what opens addresses of the web.
+_IN_TEXT = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"})
+_IN_ATTRIBUTES = _IN_TEXT | str.maketrans({'"': "&quot;", "\n": "&#10;", "\t": "&#9;"})
 
 
 def number_words(values: Iterable[float]) -> str:
@@ -36,9 +36,11 @@ def element_lines(item: Element, margin: str) -> Iterator[str]:
     Args:
         margin: text before each line.
     """
-    pairs = (f' {key}="{escape(value, _QUOTED)}"' for key, value in item.attributes.items())
+    pairs = (
+        f' {key}="{value.translate(_IN_ATTRIBUTES)}"' for key, value in item.attributes.items()
+    )
     head = f"{margin}<{item.tag}{''.join(pairs)}"
-    text = escape(item.text, _BREAKS)
+    text = item.text.translate(_IN_TEXT)
     if not item.children:
         yield f"{head}>{text}</{item.tag}>" if text else f"{head}/>"
         return

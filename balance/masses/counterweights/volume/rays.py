@@ -44,6 +44,7 @@ class Rays(NamedTuple):
         return np.asarray((v[:, :, None] * v[:, None, :]).reshape(-1, 16))
 
 
+@lru_cache(maxsize=16)
 def rays_of(region: Region, count: int, origin: tuple[float, float, float]) -> Rays:
     """Choose rays to the surface of a region, in its unit coordinates.
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from balance.masses.remedies.applied import AppliedRemedy, describe_residual, refused, with_cost
 from balance.masses.remedies.judge_variant import judge_variant
+from balance.masses.remedies.least_matter import rim_of
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
@@ -61,7 +62,8 @@ def apply_slider_path(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         reason = "every direction of the inputs has angular momentum at the reference pose"
         yield refused(KEY, reason, words)
         return
-    yield _verified(request, linkage, balanced.urdf, solution, words)
+    rim = rim_of(balanced.reason)
+    yield _verified(request, linkage, balanced.urdf, solution, words, rim)
 
 
 def _path(request: RemedyRequest, linkage: Linkage) -> ReactionlessPaths | None:
@@ -77,8 +79,13 @@ def _verified(
     urdf: bytes,
     solution: ReactionlessPaths,
     words: str,
+    rim: str = "",
 ) -> AppliedRemedy:
-    """Verify a linkage along the first of its paths, in 1 s, and add up its cost."""
+    """Verify a linkage along the first of its paths, in 1 s, and add up its cost.
+
+    Args:
+        rim: which counterweights are at the rim of their regions, in words.
+    """
     path = solution.paths[0]
     checked = verify(linkage, balance=request.balance, motions=[timed_path(linkage, path)])
     length = float(np.linalg.norm(np.diff(path.u, axis=0), axis=1).sum())
@@ -88,7 +95,7 @@ def _verified(
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     reason = (
         f"balanced along a path of {number_text(length, '.3g')} rad of the inputs, one of "
-        f"{solution.dimension} reactionless directions; a slider or cam must hold it"
+        f"{solution.dimension} reactionless directions; a slider or cam must hold it{rim}"
     )
     good = residual <= SHAKING_RELATIVE
     if not good:

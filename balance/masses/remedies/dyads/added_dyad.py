@@ -20,11 +20,15 @@ from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy, refused
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, convert_numbers, dyad_document
 from balance.masses.remedies.dyads.dyad_search import AngleRelations, DyadWalk, walk
-from balance.masses.remedies.dyads.dyad_sizes import best_size, size_words, turn_words
+from balance.masses.remedies.dyads.dyad_sizes import (
+    AS_POINTS,
+    best_size,
+    size_words,
+    turn_words,
+)
 from balance.masses.remedies.dyads.known_dyads import (
     GEOMETRIES,
     DyadSeed,
-    dyad_seeds,
     hinges_of,
     sides_of,
 )
@@ -32,6 +36,7 @@ from balance.masses.remedies.dyads.with_dyad import (
     DYAD_LINKS,
     dyad_space,
     is_like,
+    known_seeds,
     load_with_dyad,
     why_no_dyad,
 )
@@ -69,7 +74,7 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         return
     named = KEY in request.only
     walks, most = (WALKS, None) if named else (0, GEOMETRIES)
-    seeds = list(dyad_seeds(request.linkage))
+    seeds = known_seeds(request)
     kinds = [
         [seed for seed in seeds if seed.dyad.slides == slides][:most]
         for slides in (False, True)
@@ -186,11 +191,11 @@ def _walk(request: RemedyRequest, dyad: Dyad, numbers: Array) -> DyadWalk:
 
 
 class _Choice(NamedTuple):
-    """A dyad, the design space with it, and its direction in words."""
+    """A dyad, the design space with it, and its size and direction in words."""
 
     seed: DyadSeed
     space: DesignSpace
-    direction: str = ""
+    words: str
 
 
 def _best(request: RemedyRequest, seed: DyadSeed, space: DesignSpace) -> _Choice:
@@ -210,18 +215,23 @@ def _best(request: RemedyRequest, seed: DyadSeed, space: DesignSpace) -> _Choice
     if KEY in request.only and seed.size is not None and (sized := best_size(seed, mass_of)):
         sized_space = dyad_space(request, sized.seed)
         assert sized_space is not None, "it has a mass"
-        return _Choice(sized.seed, sized_space, f", {turn_words(sized.turn)}")
-    return _Choice(seed, space)
+        words = size_words(sized.seed, sized.beyond + AS_POINTS * (request.density is not None))
+        return _Choice(sized.seed, sized_space, f"{words}, {turn_words(sized.turn)}")
+    return _Choice(seed, space, size_words(seed))
 
 
 def _judge(
-    request: RemedyRequest, seed: DyadSeed, space: DesignSpace, direction: str
+    request: RemedyRequest, seed: DyadSeed, space: DesignSpace, size: str
 ) -> AppliedRemedy:
-    """Find the least matter that balances a linkage with a dyad, and verify it."""
+    """Find the least matter that balances a linkage with a dyad, and verify it.
+
+    Args:
+        size: its size and direction in words.
+    """
     dyad, frame = seed.dyad, request.linkage.chain.frame
     document, links, joints = dyad_document(request.base, dyad, seed.numbers, frame)
     first, second = dyad.sides
-    words = f"{dyad.kind} between {first.name} and {second.name}: {size_words(seed)}{direction}"
+    words = f"{dyad.kind} between {first.name} and {second.name}: {size}"
     return judge_variant(
         request,
         Variant(

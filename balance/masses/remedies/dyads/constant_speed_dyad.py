@@ -25,7 +25,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf, pi
 from typing import NamedTuple
@@ -42,11 +42,18 @@ from balance.masses.remedies.applied import (
     with_cost,
 )
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_document
-from balance.masses.remedies.dyads.dyad_sizes import best_size, size_words, turn_words
-from balance.masses.remedies.dyads.known_dyads import GEOMETRIES, DyadSeed, dyad_seeds
+from balance.masses.remedies.dyads.dyad_sizes import (
+    AS_POINTS,
+    NOT_SOUGHT,
+    best_size,
+    size_words,
+    turn_words,
+)
+from balance.masses.remedies.dyads.known_dyads import GEOMETRIES, DyadSeed
 from balance.masses.remedies.dyads.with_dyad import (
     DYAD_LINKS,
     dyad_space,
+    known_seeds,
     why_no_dyad,
 )
 from balance.masses.remedies.least_matter import least_matter_or_none, rim_text
@@ -63,7 +70,6 @@ from balance.support.tolerances import MASSES_EQUAL, ROTOR_WITHOUT_MOMENTUM
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
-from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import stack_parameters
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
@@ -101,9 +107,8 @@ def apply_constant_speed_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]
     alone = _without_dyad(request, turn)
     if alone is not None:
         yield alone
-    known = list(dyad_seeds(request.linkage))
     for slides in (False, True):
-        seeds = [seed for seed in known if seed.dyad.slides == slides]
+        seeds = [seed for seed in known_seeds(request) if seed.dyad.slides == slides]
         applied = _lightest(request, turn, seeds, slides)
         if alone is None or (applied.added_mass or inf) < (alone.added_mass or inf):
             yield applied
@@ -169,11 +174,16 @@ def _without_dyad(request: RemedyRequest, turn: CrankTurn) -> AppliedRemedy | No
 
 
 class _Choice(NamedTuple):
-    """A dyad in a direction, radians, and the matter that it takes, kg."""
+    """A dyad in a direction, radians, and the matter that it takes, kg.
+
+    Attributes:
+        beyond: what is known of sizes beyond the bound, if its size is one.
+    """
 
     seed: DyadSeed
     turned: float
     mass: float
+    beyond: str = NOT_SOUGHT
 
 
 def _lightest(
@@ -187,7 +197,7 @@ def _lightest(
     tried = seeds if named else seeds[:GEOMETRIES]
     choices = _lightest_first(_tried(request, turn, tried))
     if named:
-        choices = _lightest_first(_sought(request, turn, choices[:SOUGHT]))
+        choices = _lightest_first(_sought(request, turn, choices))
     kind = "RRP" if slides else "RRR"
     matter = _matter_with(request, turn, choices[0].seed) if choices else None
     if matter is None:
@@ -200,13 +210,14 @@ def _lightest(
         more = "" if named else f"; --only {KEY} tries all that are known"
         reason = f"no member found: {reason}{more}"
         return AppliedRemedy(KEY, f"{kind} between any two links", "undecided", reason)
-    seed, turned, _ = choices[0]
+    seed, turned, _, beyond = choices[0]
+    beyond += AS_POINTS * (named and request.density is not None)
     frame = request.linkage.chain.frame
     _, links, joints = dyad_document(request.base, seed.dyad, seed.numbers, frame)
     first, second = seed.dyad.sides
     how = "" if named else f", the better of two directions (--only {KEY} seeks the best)"
     words = (
-        f"{kind} between {first.name} and {second.name}: {size_words(seed)}, "
+        f"{kind} between {first.name} and {second.name}: {size_words(seed, beyond)}, "
         f"{turn_words(turned)}{how}"
     )
     details = {"kind": kind, "geometry": seed.words, "size": seed.size, "turned": turned}
@@ -216,17 +227,19 @@ def _lightest(
 def _tried(
     request: RemedyRequest, turn: CrankTurn, seeds: Iterable[DyadSeed]
 ) -> Iterator[_Choice]:
-    """Yield geometries that take matter, the lightest ones also in the opposite direction."""
-    ahead = []
+    """Yield the lightest geometries with which the crank turns fully, in two directions."""
+    ahead, spaces = [], {}
     for seed in seeds:
         space = dyad_space(request, seed)
         if space is None or not _is_steady(space, turn):
             continue
         matter = _matter_with(request, turn, seed, points=True)
-        if matter is not None and _turns_well(request, space.linkage, turn):
+        if matter is not None:
             ahead.append(_Choice(seed, 0.0, matter.added_mass))
-    yield from ahead
-    for choice in _lightest_first(ahead)[:SOUGHT]:
+            spaces[seed] = space
+    lightest = _lightest_first(ahead, lambda seed: _turns_well(request, spaces[seed], turn))
+    yield from lightest
+    for choice in lightest:
         resized = choice.seed.resized(1.0, pi)
         matter = _matter_with(request, turn, resized, points=True)
         if matter is not None:
@@ -244,23 +257,30 @@ def _sought(
 
     for choice in choices:
         if sized := best_size(choice.seed, mass_of):
-            yield _Choice(sized.seed, choice.turned + sized.turn, sized.mass)
+            yield _Choice(sized.seed, choice.turned + sized.turn, sized.mass, sized.beyond)
 
 
-def _lightest_first(choices: Iterable[_Choice]) -> list[_Choice]:
-    """Sort choices by mass, and keep the lightest of each geometry."""
+def _lightest_first(
+    choices: Iterable[_Choice], fits: Callable[[DyadSeed], bool] = lambda _: True
+) -> list[_Choice]:
+    """Find the lightest ones, of different geometries, that fit; at most `SOUGHT`.
+
+    Args:
+        fits: whether one counts; it is asked from the lightest on until there are enough.
+    """
     listed = list(choices)
-    order = rank_least_first([choice.mass for choice in listed], relative=MASSES_EQUAL)
     best: dict[tuple[str, Dyad], _Choice] = {}
-    for k in order:
-        best.setdefault((listed[k].seed.words, listed[k].seed.dyad), listed[k])
+    for k in rank_least_first([choice.mass for choice in listed], relative=MASSES_EQUAL):
+        key = (listed[k].seed.words, listed[k].seed.dyad)
+        if len(best) < SOUGHT and key not in best and fits(listed[k].seed):
+            best[key] = listed[k]
     return list(best.values())
 
 
-def _turns_well(request: RemedyRequest, linkage: Linkage, turn: CrankTurn) -> bool:
+def _turns_well(request: RemedyRequest, space: DesignSpace, turn: CrankTurn) -> bool:
     """Whether the crank turns fully with a dyad, far from dead points of the dyad."""
     try:
-        return revolve(request, linkage, turn.joint.name).conditioning > DEAD_POINT
+        return revolve(request, space.linkage, turn.joint.name).conditioning > DEAD_POINT
     except LinkageError:
         return False
 

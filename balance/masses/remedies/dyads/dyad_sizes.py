@@ -3,7 +3,8 @@
 Known geometries of dyads keep their relations between angles at every size and direction, in
 which the least matter is not convex. Directions are tried all around at the largest size, and
 the best ones are followed to the least between their neighbours (Brent's method). If a smaller
-dyad takes less there, its size is sought in the same way, and its direction again.
+dyad takes less there, its size is sought in the same way, and its direction again. Of a size at
+a bound, one beyond it is tried.
 
 Source:
     R. P. Brent, Algorithms for Minimization without Derivatives, 1973.
@@ -26,6 +27,11 @@ from kinematics.wording import number_text
 LEAST, LARGEST = 0.25, 1.0
 # Smaller size that is tried at the best direction.
 SMALLER = 0.9
+# How far beyond a bound a size is tried, to say whether it would take less.
+BEYOND = 1.1
+NOT_SOUGHT = "not sought"
+# What is said of a size that was sought for point masses, where matter has a density.
+AS_POINTS = " as point masses"
 # Directions that are tried at the largest size, and those of them that are followed.
 DIRECTIONS, FOLLOWED = 8, 2
 # Where the search for a direction ends, degrees; its result is of whole degrees.
@@ -39,22 +45,24 @@ class SizedDyad(NamedTuple):
         seed: the dyad.
         turn: its direction, against that of the geometry to begin with, radians.
         mass: matter that it takes, kg.
+        beyond: what sizes beyond the bound take, if its size is one.
     """
 
     seed: DyadSeed
     turn: float
     mass: float
+    beyond: str
 
 
-def size_words(seed: DyadSeed) -> str:
-    """Say what a dyad is, and its size, with a bound where it lies at one."""
+def size_words(seed: DyadSeed, beyond: str = NOT_SOUGHT) -> str:
+    """Say what a dyad is, and its size, with a bound where it lies at one.
+
+    Args:
+        beyond: what is known of sizes beyond the bound.
+    """
     if seed.size is None:
         return seed.words
-    bound = ""
-    if seed.size >= LARGEST:
-        bound = " (a bound: larger ones take less mass)"
-    elif seed.size <= LEAST:
-        bound = " (a bound: smaller ones take less mass)"
+    bound = f" (a bound: {beyond})" * (not LEAST < seed.size < LARGEST)
     size = "as large" if seed.size == 1.0 else f"{number_text(seed.size, '.3g')} times as large"
     return f"{seed.words}, {size}{bound}"
 
@@ -138,4 +146,13 @@ class _Search:
         masses = [self.mass(*end) for end in self._ends]
         k = rank_least_first(masses, relative=MASSES_EQUAL)[0]
         size, turn = self._ends[k]
-        return SizedDyad(self._resized(size, turn), turn, masses[k])
+        return SizedDyad(self._resized(size, turn), turn, masses[k], self._beyond(size, turn))
+
+    def _beyond(self, size: float, turn: float) -> str:
+        """Say what sizes beyond the bound take; empty if the size is not at one."""
+        if LEAST < size < LARGEST:
+            return ""
+        which, factor = ("larger", BEYOND) if size >= LARGEST else ("smaller", 1.0 / BEYOND)
+        mass = self.mass(size, turn)
+        less = mass - self.mass(factor * size, turn) > MASSES_EQUAL * mass
+        return f"{which} ones take {'less mass' if less else 'no less'}"

@@ -29,6 +29,7 @@ from balance.masses.remedies.balancers.on_base import ForceBalanced
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, DyadSide, dyad_document
 from balance.masses.remedies.dyads.known_dyads import hinges_of, sides_of
 from balance.masses.remedies.judge_variant import judge_variant
+from balance.masses.remedies.least_matter import rim_of
 from balance.masses.remedies.matter_on_links import with_moment_left
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
@@ -87,7 +88,7 @@ def apply_pantograph(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     linkage = load(document, None, request.linkage.inputs, angles=request.angles)
     blank = replace(best, verdict="undecided", reason="", urdf=None)
     try:
-        made = ForceBalanced(document, linkage, best.added_mass or 0.0)
+        made = ForceBalanced(document, linkage, best.added_mass or 0.0, rim_of(best.reason))
         yield with_moment_left(request, blank, made)
     except LinkageError as error:
         yield refused(KEY, str(error), best.words)

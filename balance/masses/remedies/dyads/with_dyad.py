@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from balance.masses.remedies.dyads.dyad_geometry import Dyad, dyad_document
-from balance.masses.remedies.dyads.known_dyads import DyadSeed, hinges_of
+from balance.masses.remedies.dyads.known_dyads import DyadSeed, dyad_seeds, hinges_of
 from balance.masses.remedies.request import RemedyRequest
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
@@ -49,6 +49,15 @@ def load_with_dyad(request: RemedyRequest, dyad: Dyad, numbers: Array) -> Linkag
 def is_like(linkage: Linkage, given: Linkage) -> bool:
     """Whether a linkage with a dyad is planar and has the mobility of the one without."""
     return linkage.planar and linkage.mobility == given.mobility
+
+
+@lru_cache(maxsize=1)
+def known_seeds(request: RemedyRequest) -> tuple[DyadSeed, ...]:
+    """List the known geometries of dyads, once for all remedies of a request.
+
+    `dyad_space` knows a geometry again only if it is the same object.
+    """
+    return tuple(dyad_seeds(request.linkage))
 
 
 @lru_cache(maxsize=KEPT)

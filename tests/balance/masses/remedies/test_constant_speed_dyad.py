@@ -164,8 +164,11 @@ def test_a_size_is_found_wherever_it_is_least(least, direction, size, bound):
     sized = best_size(first, mass_of, first=0.3)
     assert sized.seed.size == pytest.approx(size, abs=0.02)
     assert np.cos(sized.turn - direction) > np.cos(np.radians(1.0))
-    assert (bound in size_words(sized.seed)) and ("bound" in size_words(sized.seed)) == bool(
-        bound
+    words = size_words(sized.seed, sized.beyond)
+    assert (
+        (f"(a bound: {bound} ones take less mass)" in words)
+        == ("bound" in words)
+        == bool(bound)
     )
     assert best_size(first, lambda _: np.inf) is None
 

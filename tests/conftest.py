@@ -64,6 +64,10 @@ LEFT_OUT = {
 # Mark of tests that run the kernels of sweeps and searches. To compile these takes longer than
 # to run such tests uncompiled, as `tests/house/test_lanes.py` does in a process of its own.
 LANES = "lanes"
+NOT_COMPILED = (
+    "the default run would spend its time on compiling {}: mark the test `lanes`, or let "
+    "`balance.app.warmup.warm_up_single` run what commands call with it"
+)
 # How many cases of a test that is marked as a table the default run takes.
 CASES = 5
 
@@ -93,7 +97,7 @@ def pytest_configure(config):
     if seed is not None:
         perturb_rounding(seed)
     if hasattr(config, "workerinput"):
-        wait_for_kernels()
+        wait_for_kernels(refused=takes_a_part(config))
     if config.getoption("numprocesses", None):
         config.stash[bytecode] = keep_bytecode()
         kernels = "all" if config.getoption("everything") else "single"
@@ -131,19 +135,22 @@ def pytest_unconfigure(config):
             folder.cleanup()
 
 
-def wait_for_kernels():
+def wait_for_kernels(refused):
     """Load each kernel that the process beside the tests compiles, instead of compiling it.
 
     A kernel that is not in the cache is looked for until it is, or until that process ends.
+
+    Args:
+        refused: whether a test fails that needs a kernel which that process does not compile.
     """
     from filelock import FileLock, Timeout
 
     from kinematics.numerics.compiled import numba_compiler
-    from kinematics.numerics.compiled.cache_contents import cache_folder
+    from kinematics.numerics.compiled.cache_contents import cache_folder, kernel_name
 
     if (folder := cache_folder()) is None:
         return
-    guard, lock = numba_compiler._guard_cache, FileLock(folder / "kernels.lock")
+    cache_on_disk, lock = numba_compiler._cache_on_disk, FileLock(folder / "kernels.lock")
 
     def compiler_runs():
         try:
@@ -152,18 +159,22 @@ def wait_for_kernels():
         except Timeout:
             return True
 
-    def guard_and_wait(store):
-        guard(store)
+    def cache_and_wait(compiled):
+        cache_on_disk(compiled)
+        store = compiled._cache
         load = store.load_overload
 
         def wait_and_load(signature, context):
             while (kernel := load(signature, context)) is None and compiler_runs():
                 sleep(0.05)
-            return kernel or load(signature, context)
+            kernel = kernel or load(signature, context)
+            if kernel is None and refused:
+                pytest.fail(NOT_COMPILED.format(kernel_name(compiled.py_func)))
+            return kernel
 
         store.load_overload = wait_and_load
 
-    numba_compiler._guard_cache = guard_and_wait
+    numba_compiler._cache_on_disk = cache_and_wait
 
 
 @pytest.hookimpl(tryfirst=True)

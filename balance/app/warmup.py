@@ -9,7 +9,11 @@ import numpy as np
 
 from balance.motion.pose.workspace_map import momentum_map
 from balance.motion.taylor_poses.prediction import predict
-from balance.motion.verification.shaking_wrench import shaking
+from balance.motion.verification.shaking_wrench import (
+    load_regressors,
+    motion_in_chain,
+    shaking,
+)
 from balance.motion.verification.trajectory import random_motions
 from balance.space.certification.certify_space import certify
 from balance.space.interpretation.explain import explain
@@ -20,6 +24,7 @@ from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.studies.sweeps.sweep import sweep
 from balance.support.options import Balance
+from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.taylor.taylor_motion import taylor_motion
 from kinematics.errors import LinkageError
 from kinematics.loading.warmup import (
@@ -76,8 +81,10 @@ def _find_space(linkage: Linkage) -> None:
 
 
 def _move(linkage: Linkage) -> None:
+    chain = input_chain(linkage)
     for way in random_motions(linkage, 1, 3):
         shaking(linkage, way.q, way.qd, way.qdd)
+        load_regressors(chain, *motion_in_chain(linkage, chain, way))
 
 
 # What a verb does most, if that is not to find a design space.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -177,18 +178,30 @@ def wait_for_kernels(refused):
     numba_compiler._cache_on_disk = cache_and_wait
 
 
-@pytest.hookimpl(tryfirst=True)
+@pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection(session):
     """Let each process rewrite the asserts of a part of the tests before it reads all of them.
 
-    Otherwise each would rewrite those of all tests, because none is ahead of the others.
+    Otherwise each would rewrite those of all tests, because none is ahead of the others. What
+    is read stays until the end: nobody looks for garbage in it.
     """
-    worker = getattr(session.config, "workerinput", None)
-    if worker and session.config.args == session.config.getini("testpaths"):
-        paths = sorted((ROOT / "tests").rglob("test_*.py"))
-        for path in paths[int(worker["workerid"][2:]) :: worker["workercount"]]:
-            with suppress(Exception):  # the collection reports it
-                import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
+    gc.disable()
+    try:
+        worker = getattr(session.config, "workerinput", None)
+        if worker and session.config.args == session.config.getini("testpaths"):
+            rewrite_a_part(int(worker["workerid"][2:]), worker["workercount"])
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def rewrite_a_part(number, processes):
+    """Import each file of tests that is this process's, so that its asserts are rewritten."""
+    paths = sorted((ROOT / "tests").rglob("test_*.py"))
+    for path in paths[number::processes]:
+        with suppress(Exception):  # the collection reports it
+            import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
 
 
 def pytest_collection_modifyitems(config, items):

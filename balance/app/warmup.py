@@ -7,6 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from balance.motion.pose.momentum_of_masses import MassedChain
 from balance.motion.pose.workspace_map import momentum_map
 from balance.motion.taylor_poses.prediction import predict
 from balance.motion.verification.shaking_wrench import (
@@ -18,6 +19,7 @@ from balance.motion.verification.trajectory import random_motions
 from balance.space.certification.certify_space import certify
 from balance.space.interpretation.explain import explain
 from balance.space.many.many_geometries import design_space_many
+from balance.space.many.placing_kernels import points_on_axes
 from balance.space.momentum.momentum_taylor_series import momentum_taylor
 from balance.space.momentum.regressor import momentum_regressor
 from balance.space.spaces.compute_space import design_space
@@ -78,6 +80,8 @@ def _find_space(linkage: Linkage) -> None:
     space = certify(design_space(linkage))
     explain(space)
     distance_to_rank_drop(space)
+    points = np.array([joint.point for joint in linkage.joints])
+    points_on_axes(np.array([joint.screw for joint in linkage.joints]), points.copy(), points)
 
 
 def _move(linkage: Linkage) -> None:
@@ -96,6 +100,9 @@ def _predict(linkage: Linkage) -> None:
     predict(taylor_motion(linkage, 2), inputs)
     momentum_regressor(linkage, inputs)
     momentum_taylor(linkage, 2)
+    massed, rest = MassedChain.of(linkage), np.zeros((1, len(linkage.joints)))
+    massed.momenta(rest)
+    massed.body_momenta(rest)
 
 
 def _find_other_spaces(linkage: Linkage) -> None:

@@ -183,7 +183,7 @@ def pytest_collection(session):
     """Let each process rewrite the asserts of a part of the tests before it reads all of them.
 
     Otherwise each would rewrite those of all tests, because none is ahead of the others. What
-    is read stays until the end: nobody looks for garbage in it.
+    is read stays until the end: meanwhile nobody looks for garbage.
     """
     gc.disable()
     try:
@@ -192,7 +192,6 @@ def pytest_collection(session):
             rewrite_a_part(int(worker["workerid"][2:]), worker["workercount"])
         return (yield)
     finally:
-        gc.freeze()
         gc.enable()
 
 

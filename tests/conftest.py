@@ -169,7 +169,7 @@ def wait_for_kernels(refused):
             while (kernel := load(signature, context)) is None and compiler_runs():
                 sleep(0.05)
             kernel = kernel or load(signature, context)
-            if kernel is None and refused:
+            if kernel is None and refused and store.cache_path is not None:
                 pytest.fail(NOT_COMPILED.format(kernel_name(compiled.py_func)))
             return kernel
 

@@ -65,6 +65,8 @@ LEFT_OUT = {
 # Mark of tests that run the kernels of sweeps and searches. To compile these takes longer than
 # to run such tests uncompiled, as `tests/house/test_lanes.py` does in a process of its own.
 LANES = "lanes"
+# What a test is told that needs a kernel of the packages that the default run does not compile.
+PRODUCT = ("kinematics.", "balance.")
 NOT_COMPILED = (
     "the default run would spend its time on compiling {}: mark the test `lanes`, or let "
     "`balance.app.warmup.warm_up_single` run what commands call with it"
@@ -162,15 +164,15 @@ def wait_for_kernels(refused):
 
     def cache_and_wait(compiled):
         cache_on_disk(compiled)
-        store = compiled._cache
-        load = store.load_overload
+        store, name = compiled._cache, kernel_name(compiled.py_func)
+        load, refuses = store.load_overload, refused and name.startswith(PRODUCT)
 
         def wait_and_load(signature, context):
             while (kernel := load(signature, context)) is None and compiler_runs():
                 sleep(0.05)
             kernel = kernel or load(signature, context)
-            if kernel is None and refused and store.cache_path is not None:
-                pytest.fail(NOT_COMPILED.format(kernel_name(compiled.py_func)))
+            if kernel is None and refuses and store.cache_path is not None:
+                pytest.fail(NOT_COMPILED.format(name))
             return kernel
 
         store.load_overload = wait_and_load

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -64,6 +65,12 @@ LEFT_OUT = {
 # Mark of tests that run the kernels of sweeps and searches. To compile these takes longer than
 # to run such tests uncompiled, as `tests/house/test_lanes.py` does in a process of its own.
 LANES = "lanes"
+# What a test is told that needs a kernel of the packages that the default run does not compile.
+PRODUCT = ("kinematics.", "balance.")
+NOT_COMPILED = (
+    "the default run would spend its time on compiling {}: mark the test `lanes`, or let "
+    "`balance.app.warmup.warm_up_single` run what commands call with it"
+)
 # How many cases of a test that is marked as a table the default run takes.
 CASES = 5
 
@@ -93,7 +100,7 @@ def pytest_configure(config):
     if seed is not None:
         perturb_rounding(seed)
     if hasattr(config, "workerinput"):
-        wait_for_kernels()
+        wait_for_kernels(refused=takes_a_part(config))
     if config.getoption("numprocesses", None):
         config.stash[bytecode] = keep_bytecode()
         kernels = "all" if config.getoption("everything") else "single"
@@ -131,19 +138,22 @@ def pytest_unconfigure(config):
             folder.cleanup()
 
 
-def wait_for_kernels():
+def wait_for_kernels(refused):
     """Load each kernel that the process beside the tests compiles, instead of compiling it.
 
     A kernel that is not in the cache is looked for until it is, or until that process ends.
+
+    Args:
+        refused: whether a test fails that needs a kernel which that process does not compile.
     """
     from filelock import FileLock, Timeout
 
     from kinematics.numerics.compiled import numba_compiler
-    from kinematics.numerics.compiled.cache_contents import cache_folder
+    from kinematics.numerics.compiled.cache_contents import cache_folder, kernel_name
 
     if (folder := cache_folder()) is None:
         return
-    guard, lock = numba_compiler._guard_cache, FileLock(folder / "kernels.lock")
+    cache_on_disk, lock = numba_compiler._cache_on_disk, FileLock(folder / "kernels.lock")
 
     def compiler_runs():
         try:
@@ -152,32 +162,47 @@ def wait_for_kernels():
         except Timeout:
             return True
 
-    def guard_and_wait(store):
-        guard(store)
-        load = store.load_overload
+    def cache_and_wait(compiled):
+        cache_on_disk(compiled)
+        store, name = compiled._cache, kernel_name(compiled.py_func)
+        load, refuses = store.load_overload, refused and name.startswith(PRODUCT)
 
         def wait_and_load(signature, context):
             while (kernel := load(signature, context)) is None and compiler_runs():
                 sleep(0.05)
-            return kernel or load(signature, context)
+            kernel = kernel or load(signature, context)
+            if kernel is None and refuses and store.cache_path is not None:
+                pytest.fail(NOT_COMPILED.format(name))
+            return kernel
 
         store.load_overload = wait_and_load
 
-    numba_compiler._guard_cache = guard_and_wait
+    numba_compiler._cache_on_disk = cache_and_wait
 
 
-@pytest.hookimpl(tryfirst=True)
+@pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection(session):
     """Let each process rewrite the asserts of a part of the tests before it reads all of them.
 
-    Otherwise each would rewrite those of all tests, because none is ahead of the others.
+    Otherwise each would rewrite those of all tests, because none is ahead of the others. What
+    is read stays until the end: meanwhile nobody looks for garbage.
     """
-    worker = getattr(session.config, "workerinput", None)
-    if worker and session.config.args == session.config.getini("testpaths"):
-        paths = sorted((ROOT / "tests").rglob("test_*.py"))
-        for path in paths[int(worker["workerid"][2:]) :: worker["workercount"]]:
-            with suppress(Exception):  # the collection reports it
-                import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
+    gc.disable()
+    try:
+        worker = getattr(session.config, "workerinput", None)
+        if worker and session.config.args == session.config.getini("testpaths"):
+            rewrite_a_part(int(worker["workerid"][2:]), worker["workercount"])
+        return (yield)
+    finally:
+        gc.enable()
+
+
+def rewrite_a_part(number, processes):
+    """Import each file of tests that is this process's, so that its asserts are rewritten."""
+    paths = sorted((ROOT / "tests").rglob("test_*.py"))
+    for path in paths[number::processes]:
+        with suppress(Exception):  # the collection reports it
+            import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
 
 
 def pytest_collection_modifyitems(config, items):

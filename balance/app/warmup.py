@@ -7,19 +7,26 @@ from contextlib import suppress
 
 import numpy as np
 
+from balance.motion.pose.momentum_of_masses import MassedChain
 from balance.motion.pose.workspace_map import momentum_map
 from balance.motion.taylor_poses.prediction import predict
-from balance.motion.verification.shaking_wrench import shaking
+from balance.motion.verification.shaking_wrench import (
+    load_regressors,
+    motion_in_chain,
+    shaking,
+)
 from balance.motion.verification.trajectory import random_motions
 from balance.space.certification.certify_space import certify
 from balance.space.interpretation.explain import explain
 from balance.space.many.many_geometries import design_space_many
+from balance.space.many.placing_kernels import points_on_axes
 from balance.space.momentum.momentum_taylor_series import momentum_taylor
 from balance.space.momentum.regressor import momentum_regressor
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.studies.sweeps.sweep import sweep
 from balance.support.options import Balance
+from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.taylor.taylor_motion import taylor_motion
 from kinematics.errors import LinkageError
 from kinematics.loading.warmup import (
@@ -73,6 +80,8 @@ def _find_space(linkage: Linkage) -> None:
     space = certify(design_space(linkage))
     explain(space)
     distance_to_rank_drop(space)
+    points = np.array([joint.point for joint in linkage.joints])
+    points_on_axes(np.array([joint.screw for joint in linkage.joints]), points.copy(), points)
 
 
 def _follow(linkage: Linkage) -> None:
@@ -80,8 +89,10 @@ def _follow(linkage: Linkage) -> None:
 
 
 def _move(linkage: Linkage) -> None:
+    chain = input_chain(linkage)
     for way in random_motions(linkage, 1, 3):
         shaking(linkage, way.q, way.qd, way.qdd)
+        load_regressors(chain, *motion_in_chain(linkage, chain, way))
 
 
 # What a verb does most, if that is not to find a design space. Uncompiled, remedies for a
@@ -94,6 +105,9 @@ def _predict(linkage: Linkage) -> None:
     predict(taylor_motion(linkage, 2), inputs)
     momentum_regressor(linkage, inputs)
     momentum_taylor(linkage, 2)
+    massed, rest = MassedChain.of(linkage), np.zeros((1, len(linkage.joints)))
+    massed.momenta(rest)
+    massed.body_momenta(rest)
 
 
 def _find_other_spaces(linkage: Linkage) -> None:

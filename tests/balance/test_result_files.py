@@ -129,6 +129,7 @@ def table():
     )
 
 
+@pytest.mark.lanes
 def test_a_sweep_has_the_page_of_a_file_of_its_results(table, tmp_path):
     """The rows on the page of the table are those of the page of `balance sweep show`."""
     from balance.app.answers.html.sweep import sweep_page
@@ -150,6 +151,7 @@ def page_data(page):
     return json.loads(text)
 
 
+@pytest.mark.lanes
 def test_columns_of_a_sweep_are_plain_data(table):
     """None where a geometry has no answer, and nothing that JSON does not have."""
     data = json.loads(json.dumps(table.to_dict(), allow_nan=False))

@@ -86,26 +86,35 @@ def reduced(A, p):
     Returns:
         The form, the operations T (rows, rows), and the pivot column of each row, or -1.
     """
-    A, T = A.copy(), np.eye(A.shape[0]).astype(np.int64)
-    pivots, rank = np.full(A.shape[0], -1), 0
-    for c in range(A.shape[1]):
+    rows, columns = A.shape
+    # A and T beside each other. Numba takes seconds to compile the functions of NumPy that
+    # make these arrays, and operations on whole rows.
+    both, pivots = np.zeros((rows, columns + rows), np.int64), np.zeros(rows, np.int64)
+    for i in range(rows):
+        pivots[i] = -1
+        both[i, columns + i] = 1
+        for j in range(columns):
+            both[i, j] = A[i, j]
+    rank = 0
+    for c in range(columns):
         at = rank
-        while at < A.shape[0] and A[at, c] == 0:
+        while at < rows and both[at, c] == 0:
             at += 1
-        if at == A.shape[0]:
+        if at == rows:
             continue
-        for M in (A, T):
-            for j in range(M.shape[1]):
-                M[rank, j], M[at, j] = M[at, j], M[rank, j]
-        scale = inverse(A[rank, c], p)
-        A[rank], T[rank] = A[rank] * scale % p, T[rank] * scale % p
-        for i in range(A.shape[0]):
-            factor = p - A[i, c]
+        for j in range(both.shape[1]):
+            both[rank, j], both[at, j] = both[at, j], both[rank, j]
+        scale = inverse(both[rank, c], p)
+        for j in range(both.shape[1]):
+            both[rank, j] = both[rank, j] * scale % p
+        for i in range(rows):
+            factor = p - both[i, c]
             if i != rank and factor != p:
-                A[i], T[i] = (A[i] + factor * A[rank]) % p, (T[i] + factor * T[rank]) % p
+                for j in range(both.shape[1]):
+                    both[i, j] = (both[i, j] + factor * both[rank, j]) % p
         pivots[rank] = c
         rank += 1
-    return A, T, pivots
+    return both[:, :columns], both[:, columns:], pivots
 
 
 @kernel
@@ -190,7 +199,9 @@ def motion(before, after, screws, signs, form, T, pivots, start, ray, order, p):
         (order + 1, e, w), and the number of orders at which the loops close.
     """
     edges, width = start.shape
-    nodes = after.max() + 1
+    nodes = 1
+    for e in range(edges):
+        nodes = max(nodes, after[e] + 1)
     X = np.zeros((nodes, order + 2, 4, 3), np.int64)
     V = np.zeros((nodes, order + 1, width, 6), np.int64)
     S = np.zeros((edges, order + 1, 6), np.int64)
@@ -303,7 +314,9 @@ def free_momentum(below, above, screws, steps, rates, pairs, rows, parameters, p
     Returns:
         Shape (rows, slots, parameters).
     """
-    slots = above.max() + 1
+    slots = 1
+    for e in range(below.size):
+        slots = max(slots, above[e] + 1)
     X, V = np.zeros((slots, 1, 4, 3), np.int64), np.zeros((slots, 1, 1, 6), np.int64)
     E, s = np.zeros((4, 3), np.int64), np.zeros((1, 6), np.int64)
     X[0, 0, 1, 0] = X[0, 0, 2, 1] = X[0, 0, 3, 2] = 1

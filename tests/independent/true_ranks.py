@@ -92,8 +92,8 @@ class _Scene:
         names = [e.name for e in self.edges]
         last = [names.index(name) for name in first or linkage.inputs]
         order = [e for e in range(len(names)) if e not in last] + last
-        form, self.T, pivots = reduced(np.ascontiguousarray(A[:, order]), p)
-        self.form = np.empty_like(form)
+        form, T, pivots = reduced(np.ascontiguousarray(A[:, order]), p)
+        self.form, self.T = np.empty(form.shape, np.int64), np.ascontiguousarray(T)
         self.form[:, order] = form
         self.pivots = np.array([order[c] if c >= 0 else -1 for c in pivots], dtype=np.int64)
         self.free = [e for e in order if e not in self.pivots]

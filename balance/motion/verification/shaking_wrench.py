@@ -32,7 +32,7 @@ from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from
 from kinematics.errors import LinkageError, PoseError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
-from kinematics.model.arrays import Chain, Frame
+from kinematics.model.arrays import Chain, Frame, read_only
 from kinematics.model.linkage import Linkage
 from kinematics.model.spatial.inertia import stack_parameters
 from kinematics.numerics.array_types import Array
@@ -221,7 +221,7 @@ def _filled(
     *masses: Array,
 ) -> Loads:
     """Fill loads along a motion by a kernel, with a workspace that the chain keeps."""
-    q, ud, udd = (np.ascontiguousarray(x) for x in motion)
+    q, ud, udd = (read_only(np.ascontiguousarray(x)) for x in motion)
     screws = np.empty((len(q), *chain.screws.shape))
     workspace = chain.borrow(("loads",), lambda: load_workspace(chain))
     samples = q, ud[:, None], udd[:, None]

@@ -269,11 +269,12 @@ def _track(
     lengths = np.sqrt(np.einsum("kw,kw->k", advance, advance))
     directions = advance / np.where(lengths > 0.0, lengths, 1.0)[:, None]
     lines = freeze((directions @ chain.columns.T)[:, :, None])
+    rates = (np.ascontiguousarray(x / scale)[:, None] for x in (ud, udd))
     purpose = ("motion",)
     workspace = chain.borrow(purpose, lambda: motion_workspace(chain))
     reached = follow_samples(
         chain.walked,
-        (lines, moves, lengths, (ud / scale)[:, None], (udd / scale)[:, None]),
+        (lines, moves, lengths, *rates),
         np.array([fastest, least, loop_pivot(chain, chain.screws)]),
         (start.copy(), pose.H, pose.screws.copy(), np.empty(start.size)),
         (*motion, extremes),

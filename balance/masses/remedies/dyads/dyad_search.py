@@ -28,7 +28,7 @@ from balance.space.momentum.regressor import RegressorSeries
 from balance.space.spaces.condition_gradients import ConditionGradients
 from balance.space.spaces.distance_to_rank_drop import spanning_rays
 from kinematics.closure.series import Series, expand
-from kinematics.model.arrays import Chain
+from kinematics.model.arrays import Chain, read_only
 from kinematics.numerics.array_types import Array, IntArray
 
 # Order of the series of the angular rates.
@@ -132,7 +132,7 @@ class AngleRelations:
         """Expand the motion at a geometry of the dyad."""
         screws = self.chain.screws.copy()
         screws[self.joints] = dyad_screws(self.dyad, numbers)
-        chain = replace(self.chain, screws=screws)
+        chain = replace(self.chain, screws=read_only(screws))
         return chain, expand(chain, self.rays, ORDER)
 
 

@@ -20,6 +20,7 @@ def study(**options):
     )
 
 
+@pytest.mark.lanes
 def test_rows_are_those_of_linkages():
     table = study(require="force; dynamic at u1=0", gravity=[0.0, -1.0, 0.0]).run()
     space = balance.require("four_bar_general", "force; dynamic at u1=0")

@@ -351,6 +351,7 @@ def test_tables_are_read_only_and_short_to_print():
     assert isinstance(table.to_pandas(), pandas.DataFrame)
 
 
+@pytest.mark.lanes
 def test_masses_of_any_size_give_rows_without_a_warning(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(

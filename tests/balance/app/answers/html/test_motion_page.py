@@ -210,6 +210,7 @@ def test_the_first_sentence_says_whether_the_pose_is_reached():
         assert lede[0].startswith(words)
 
 
+@pytest.mark.browser
 def test_curves_are_drawn_offline(request, tmp_path):
     """Two panels side by side on a wide screen, one below the other on a narrow one."""
     helper = pytest.importorskip("tests.support.browser")

@@ -84,6 +84,7 @@ def test_shaking_is_drawn_beside_what_would_shake_if_nothing_cancelled():
         assert bodies.max() > 1e-2 and whole.max() < 1e-9 * bodies.max()
 
 
+@pytest.mark.browser
 def test_the_page_runs_offline(request, tmp_path):
     """The slider moves the linkage, another path is chosen; no wider than the screen."""
     helper = pytest.importorskip("tests.support.browser")

@@ -18,12 +18,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import RATE_RESIDUAL_RELATIVE
-from balance.motion.verification.motion_kernels import (
+from balance.motion.verification.inertia_wrench_kernels import (
     fill_inertia_wrenches,
+    wrench_workspace,
+)
+from balance.motion.verification.motion_kernels import (
     fill_load_regressors,
     fill_loads,
     load_workspace,
-    wrench_workspace,
 )
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.conversions import to_chain

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from balance.motion.verification import motion_kernels
+from balance.motion.verification import inertia_wrench_kernels
 from balance.motion.verification.shaking_wrench import inertia_loads, inertia_wrenches
 from balance.motion.verification.shaking_wrench import mass_parameters as masses_of
 from balance.space.momentum import regressor_kernels
@@ -19,7 +19,7 @@ from kinematics.numerics.linalg.pivoted_qr import Factor, factor_workspace
 RNG = np.random.default_rng(3)
 RANK, MORE, P = 18, 4, 21
 MODULES = {
-    motion_kernels: ("fill_inertia_wrenches",),
+    inertia_wrench_kernels: ("fill_inertia_wrenches",),
     null_space: ("orthonormal", "put_solutions"),
     pivoted_qr: ("append_rows", "contains_rows", "put_factor", "take_factor", "update_factor"),
     regressor_kernels: ("spatial_regressor",),

@@ -12,21 +12,16 @@ equal angles: it is of one dimension, and far more accurate than one over rays i
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from balance.masses.counterweights.volume.rays import Rays, positive_intervals, unit_gauss
-from balance.support.tolerances import CURVATURE_ZERO
+from balance.support.tolerances import PART_ROUND_OFF
 from kinematics.numerics.array_types import Array
 
 # Rays of a section for one in space; nodes along a ray, and along the thickness.
 FEWER, NODES, ACROSS = 20, 10, 3
-
-
-def constant_axis(form: Array) -> Array | None:
-    """Find a unit vector (3,) along which a quadratic (4, 4) is constant; None without one."""
-    axis = np.linalg.svd(form[:, :3])[2][-1]
-    constant = np.abs(form[:, :3] @ axis).max() <= CURVATURE_ZERO * np.abs(form).max()
-    return np.asarray(axis) if constant else None
 
 
 def section_moments(
@@ -99,14 +94,21 @@ def _rays(axis: Array, count: int, origin: tuple[float, float, float]) -> Rays:
     """Choose rays from a point of the disc across an axis to its rim."""
     o = np.array(origin)
     o = o - float(axis @ o) * axis
-    e1 = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    e1 /= np.linalg.norm(e1)
-    n = max(3, count // FEWER)
-    turn = (np.arange(n) + 0.5) * (2.0 * np.pi / n)
-    ways = np.outer(e1, np.cos(turn)) + np.outer(np.cross(axis, e1), np.sin(turn))
+    ways = _ways(axis.tobytes(), max(3, count // FEWER))
     along = o @ ways
     lengths = np.sqrt(along**2 + (1.0 - float(o @ o))) - along
-    return Rays(o, lengths * ways, lengths**2 * (2.0 * np.pi / n))
+    lengths = np.maximum(lengths, PART_ROUND_OFF)
+    return Rays(o, lengths * ways, lengths**2 * (2.0 * np.pi / ways.shape[1]))
+
+
+@lru_cache(maxsize=32)
+def _ways(axis: bytes, n: int) -> Array:
+    """Choose n unit vectors (3, n) across an axis."""
+    z = np.frombuffer(axis)
+    e1 = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+    e1 /= np.linalg.norm(e1)
+    turn = (np.arange(n) + 0.5) * (2.0 * np.pi / n)
+    return np.outer(e1, np.cos(turn)) + np.outer(np.cross(z, e1), np.sin(turn))
 
 
 def _beyond(tau: Array, alpha: float, beta: Array) -> Array:

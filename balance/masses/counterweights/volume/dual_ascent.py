@@ -40,7 +40,7 @@ RADIUS, SHRINK, GROW = 0.05, 0.25, 2.5
 # above which it grows.
 TAKEN, BAD, GOOD = 1e-2, 0.25, 0.75
 # Most steps with few and with many rays, and most of Newton's method for the length of one.
-MOST_COARSE, MOST_FINE, MOST_LENGTHS = 30, 40, 50
+MOST_COARSE, MOST_FINE, MOST_LENGTHS = 20, 40, 50
 
 
 def forms_of(program: AddedProgram, y: Array, cost: Array) -> Array:

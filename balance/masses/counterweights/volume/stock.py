@@ -34,7 +34,6 @@ from balance.masses.counterweights.added_matter import homogeneous, symmetric_ba
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.ball_sections import (
-    constant_axis,
     section_moments,
     section_products,
 )
@@ -100,13 +99,17 @@ class Stock(NamedTuple):
         return self._replace(origin=(x, y, z))
 
     def section_axis(self, Q: Array) -> Array | None:
-        """Return the axis along which a form is constant on a ball of two equal halves.
+        """Return the normal of the mirror if a form is constant along it on a ball, or None.
 
-        Others have rays in space for all forms, whose errors then differ little.
+        Other matter has rays in space for all forms, whose errors then differ little.
         """
         if self.mirror is None or not self.region.ellipsoidal:
             return None
-        return constant_axis(Q)
+        across = np.eye(3) - self.mirror[:3, :3]
+        normal = across[:, int(np.argmax(np.diag(across)))]
+        normal = normal / np.sqrt(normal @ normal)
+        constant = np.abs(Q[:, :3] @ normal).max() <= CURVATURE_ZERO * np.abs(Q).max()
+        return np.asarray(normal) if constant else None
 
     def _depth(self, Q: Array, at: Array) -> float:
         """Return how far towards the centre rays start from the point where a form is largest.

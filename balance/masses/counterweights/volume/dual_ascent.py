@@ -35,12 +35,12 @@ from balance.support.tolerances import (
 from kinematics.numerics.array_types import Array
 
 # First radius over the size of y; factors of it after bad and good steps.
-RADIUS, SHRINK, GROW = 0.05, 0.25, 2.5
+RADIUS, SHRINK, GROW = 0.05, 0.4, 2.5
 # Part of the foretold gain that a step needs to be taken, below which the radius shrinks, and
 # above which it grows.
 TAKEN, BAD, GOOD = 1e-2, 0.25, 0.75
 # Most steps with few and with many rays, and most of Newton's method for the length of one.
-MOST_COARSE, MOST_FINE, MOST_LENGTHS = 20, 40, 50
+MOST_COARSE, MOST_FINE, MOST_LENGTHS = 20, 60, 50
 
 
 def forms_of(program: AddedProgram, y: Array, cost: Array) -> Array:

@@ -26,6 +26,7 @@ from balance.masses.counterweights.volume.stock import (
 )
 from balance.support.clarabel_adapter import TRIANGLES, triangles
 from balance.support.tolerances import (
+    COUNTERWEIGHT_RESIDUAL,
     FILL_RESIDUAL,
     FILL_ROUND_OFF,
     FILL_SETTLED,
@@ -40,7 +41,7 @@ RADIUS, SHRINK, GROW = 0.05, 0.4, 2.5
 # above which it grows.
 TAKEN, BAD, GOOD = 1e-2, 0.25, 0.75
 # Most steps with few and with many rays, and most of Newton's method for the length of one.
-MOST_COARSE, MOST_FINE, MOST_LENGTHS = 20, 60, 50
+MOST_COARSE, MOST_FINE, MOST_LENGTHS = 20, 25, 50
 
 
 def forms_of(program: AddedProgram, y: Array, cost: Array) -> Array:
@@ -81,7 +82,9 @@ def maximise_dual(
     """
     ascent = _Ascent(program, stocks, cost, start)
     ascent.climb(COARSE, MOST_COARSE)
-    ascent.climb(FINE, MOST_FINE)
+    if not ascent.climb(FINE, MOST_FINE):
+        # Rays that start inside the parts of the end may see more.
+        ascent.climb(FINE, MOST_FINE)
     return ascent.y, ascent.seen
 
 
@@ -110,8 +113,8 @@ class _Ascent:
         self.y, self.seen = start, list(stocks)
         self._radius = RADIUS * (float(np.linalg.norm(start)) or 1.0)
 
-    def climb(self, rays: int, most: int) -> None:
-        """Take steps until few rays can gain no more, or until the parts balance."""
+    def climb(self, rays: int, most: int) -> bool:
+        """Take steps until few rays gain no more, or the parts balance; return whether so."""
         self._look_inside()
         value, gradient = self._dual(self.y, rays)
         H = self._curvature(self.y, rays)
@@ -148,6 +151,7 @@ class _Ascent:
                     # Errors of the integrals are as large as what steps gain.
                     break
             H = self._curvature(at, rays)
+        return float(np.linalg.norm(gradient)) <= COUNTERWEIGHT_RESIDUAL
 
     def _adapt(self, step: _Step, share: float) -> None:
         """Adapt the radius to the part of its foretold gain that a step had."""

@@ -19,7 +19,8 @@ Moments of the part on one side of a plane have a closed form:
 
 Parts of prisms and cylinders where a quadratic is positive that is constant along their axis
 are a section of one thickness: of the integrals over rays in space, only those over rays
-in the plane of the section are left, whose errors are far smaller for as many rays.
+in the plane of the section are left, whose errors are far smaller for as many rays. Parts of
+balls in equal halves are such a section of another thickness (`ball_sections`).
 """
 
 from __future__ import annotations

@@ -228,16 +228,16 @@ def _elements(
         at: its place, m, inertial frame.
         parent: link that it stands on, and the place of its frame.
     """
-    own = dict(module.bodies)
-    mass, centre, moment = own["coupler"]
-    own["coupler"] = _Body(mass - load.mass, centre, moment - load.moment)
+    bodies = dict(module.bodies)
+    mass, centre, moment = bodies["coupler"]
+    bodies["coupler"] = _Body(mass - load.mass, centre, moment - load.moment)
     pins = module.pivots
     base, crank, rocker = (pins[name] for name in ("crank_base", "crank_tip", "rocker_base"))
     end = pins["rocker_tip"]
     frames = {"crank": base, "coupler": crank, "rocker": rocker}
     parts = []
     for name, frame in frames.items():
-        body = own[name]
+        body = bodies[name]
         # A plate in the plane of motion.
         tensor = body.moment * np.diag([0.5, 0.5, 1.0])
         inertial = make_elements.inertial(body.mass, tensor, plane_origin(body.centre - frame))

@@ -170,7 +170,7 @@ class _Plan:
         self.b = np.round(np.append(0.0, P[1:] - J), DECIMALS)
         self.bodies = [_Body(f"element{i + 1}", i, i, i) for i in range(n)]
         for i, k in combinations(range(n), 2):
-            self.bodies += [_Body(_rod(i, k, side), side, i, k) for side in (i, k)]
+            self.bodies += [_Body(_rod_name(i, k, side), side, i, k) for side in (i, k)]
         heavy = vectors.element_mass, vectors.rod_mass
         self.masses = np.array([heavy[body.first < body.last] for body in self.bodies])
 
@@ -249,9 +249,9 @@ class _Plan:
             parent, at = "base", self.vectors.pivot
             i, k = body.first, body.last
             if k < n - 1:
-                parent, at = _rod(i, k + 1, k + 1), -self.b[k + 1]
+                parent, at = _rod_name(i, k + 1, k + 1), -self.b[k + 1]
             elif i > 0:
-                parent, at = _rod(i - 1, k, i - 1), -self.a[i - 1]
+                parent, at = _rod_name(i - 1, k, i - 1), -self.a[i - 1]
             joint_name, mimic, is_input = f"at_{body.name}", None, False
             if k == n - 1 and i < k and (i == 0 or body.turns_with == i):
                 joint_name = f"turn{body.turns_with + 1}"
@@ -276,7 +276,7 @@ class _Plan:
         sides = []
         for i, k in combinations(range(self.n), 2):
             if k < self.n - 1:
-                down, across = _rod(i, k, i), _rod(i + 1, k + 1, k + 1)
+                down, across = _rod_name(i, k, i), _rod_name(i + 1, k + 1, k + 1)
                 sides.append((down, -self.a[i], across, -self.b[k + 1]))
         for i in range(self.n - 1):
             ends = f"element{i + 1}", -self.a[i], f"element{i + 2}", -self.b[i + 1]
@@ -319,7 +319,7 @@ def _check(vectors: PrincipalVectors) -> None:
         raise UsageError("principal vectors: all elements turn one way: let one turn against")
 
 
-def _rod(first: int, last: int, side: int) -> str:
+def _rod_name(first: int, last: int, side: int) -> str:
     """Name the rod below the node of a range of elements that is parallel to one of them."""
     return f"rod{first + 1}_{last + 1}_{side + 1}"
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.masses.counterweights.added_program import AddedProgram
-from balance.masses.counterweights.volume.stock import (
+from balance.masses.counterweights.volume.cut_regions import (
     COARSE,
     FINE,
     Stock,
@@ -82,8 +82,9 @@ def maximise_dual(
     """
     ascent = _Ascent(program, stocks, cost, start)
     ascent.climb(COARSE, MOST_COARSE)
-    if not ascent.climb(FINE, MOST_FINE):
-        # Rays that start inside the parts of the end may see more.
+    in_space = any(stock.mirror is None for stock in stocks)
+    if not ascent.climb(FINE, MOST_FINE) and in_space:
+        # Rays in space see more from inside the parts of the end.
         ascent.climb(FINE, MOST_FINE)
     return ascent.y, ascent.seen
 

@@ -1,7 +1,7 @@
 """The least matter of limited density that balances: cutting planes, then Newton's method.
 
 With the moments ``ΔP_b`` of the matter on link b in the convex set of
-`balance.masses.counterweights.volume.stock`, whose support function is h_b,
+`balance.masses.counterweights.volume.cut_regions`, whose support function is h_b,
 
     minimise Σ_b <C_b, ΔP_b>    so that    Σ_b A_b ΔP_b = r
 
@@ -40,6 +40,11 @@ from balance.masses.counterweights.added_program import (
     after_taking,
 )
 from balance.masses.counterweights.moved_matter import shifted
+from balance.masses.counterweights.volume.cut_regions import (
+    COARSE,
+    Stock,
+    support_function,
+)
 from balance.masses.counterweights.volume.dual_ascent import (
     conditions_of,
     fill_all,
@@ -47,11 +52,6 @@ from balance.masses.counterweights.volume.dual_ascent import (
     maximise_dual,
 )
 from balance.masses.counterweights.volume.settled_shares import NO_LINKS, settled, with_shares
-from balance.masses.counterweights.volume.stock import (
-    COARSE,
-    Stock,
-    support_function,
-)
 from balance.support.clarabel_adapter import (
     ConstraintBlock,
     solve_conic,

@@ -14,7 +14,7 @@ import numpy as np
 
 from balance.masses.counterweights.added_program import AddedProgram
 from balance.masses.counterweights.regions import Region
-from balance.masses.counterweights.volume.stock import Stock
+from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.support.clarabel_adapter import TRIANGLES, triangles
 from balance.support.tolerances import MIRROR_IMAGE
 from kinematics.numerics.array_types import Array

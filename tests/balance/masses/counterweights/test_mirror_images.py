@@ -13,10 +13,10 @@ from balance.masses.counterweights.volume.ball_sections import (
     section_moments,
     section_products,
 )
+from balance.masses.counterweights.volume.cut_regions import FINE, Stock, fill
 from balance.masses.counterweights.volume.dual_ascent import _best_step, conditions_of
 from balance.masses.counterweights.volume.fill_program import density_needed, fill_least
 from balance.masses.counterweights.volume.mirror_images import halved_by_plane
-from balance.masses.counterweights.volume.stock import FINE, Stock, fill
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.support.clarabel_adapter import triangles
 

@@ -309,6 +309,15 @@ PRICE_NEGATIVE = 1e-8
 # body and of the sizes of the regions; and round-off of their objective, and of its curvature.
 FILL_RESIDUAL = 1e-13
 FILL_ROUND_OFF = 1e-14
+# Gain of their objective that a step foretells, relative to it: below the first few rays tell
+# no more, and below the second values have too much round-off to tell whether a step gains.
+# Part of the radius up to which the length of a step is that of the radius.
+FILL_SETTLED = 1e-5
+FILL_VALUE_SURE = 1e-10
+FILL_STEP_SOLVED = 0.05
+# What a mirror image changes of conditions on matter, relative to them, up to which they are
+# symmetric; what balances is judged by all of them.
+MIRROR_IMAGE = 1e-11
 # Relative gaps of the objective at which Newton's method starts, the next if it fails; of the
 # density needed, for forces and for moments; and of the mass that a change of the request
 # needs.

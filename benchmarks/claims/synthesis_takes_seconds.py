@@ -74,6 +74,18 @@ class ThroughThree:
         return sum(not each.good for each in mechanisms) if mechanisms else 1
 
 
+class ThroughThreeAtRandom(ThroughThree):
+    """Random tasks: of thirty, those whose least matter takes the most steps."""
+
+    params = tuple(("geared-four-bar", seed) for seed in (204, 212, 215, 219, 221, 227))
+
+    def positions_for(self, kind: str, seed: int) -> list[tuple]:
+        """Points in a square of 1 m, and angles within ±1 rad."""
+        rng = np.random.default_rng([3, seed])
+        points, angles = rng.uniform(-0.5, 0.5, (3, 2)), rng.uniform(-1.0, 1.0, 3)
+        return [(*point, angle) for point, angle in zip(points, angles, strict=True)]
+
+
 class ThroughFive(ThroughThree):
     """Five positions of the coupler of a known four-bar."""
 

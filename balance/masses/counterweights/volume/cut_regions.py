@@ -20,11 +20,13 @@ Moments of the part on one side of a plane have a closed form:
 
 Parts of prisms and cylinders where a quadratic is positive that is constant along their axis
 are a section of one thickness: of the integrals over rays in space, only those over rays
-in the plane of the section are left, whose errors are far smaller for as many rays.
+in the plane of the section are left, whose errors are far smaller for as many rays. Parts of
+balls in equal halves are such a section of another thickness (`ball_sections`).
 """
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -33,6 +35,10 @@ import numpy as np
 from balance.masses.counterweights.added_matter import homogeneous, symmetric_basis
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.volume.ball_sections import (
+    section_moments,
+    section_products,
+)
 from balance.masses.counterweights.volume.fans import Fan
 from balance.masses.counterweights.volume.rays import (
     Rays,
@@ -49,8 +55,8 @@ from kinematics.numerics.array_types import Array
 # estimate of their errors.
 COARSE, FINE, SURE, ESTIMATE = 4_000, 24_000, 160_000, 40_000
 # Where rays start: at no place that a form is likely to vanish at by symmetry, and otherwise
-# this far from the centre towards the point where the form is largest.
-CENTRE, ORIGIN_INSIDE = (0.11, 0.17, 0.23), 0.9
+# this part of the way from the point where the form is largest to the centre, or less.
+CENTRE, INWARDS = (0.11, 0.17, 0.23), 0.1
 # Change of a form over its size, for differences of exact moments.
 DIFFERENCE = 1e-5
 # Slices of a cylinder between two places: the degree in θ is at most 5.
@@ -89,8 +95,36 @@ class Stock(NamedTuple):
         if not Q[:3, :3].any():
             return self
         least, at = minimise_in_region(self.region, -Q)
-        x, y, z = (ORIGIN_INSIDE * at if least < 0.0 else np.array(CENTRE)).tolist()
+        if least >= 0.0:
+            return self._replace(origin=CENTRE)
+        x, y, z = ((1.0 - self._depth(Q, at)) * at).tolist()
         return self._replace(origin=(x, y, z))
+
+    def section_axis(self, Q: Array) -> Array | None:
+        """Return the normal of the mirror if a form is constant along it on a ball, or None.
+
+        Other matter has rays in space for all forms, whose errors then differ little.
+        """
+        if self.mirror is None or not self.region.ellipsoidal:
+            return None
+        across = np.eye(3) - self.mirror[:3, :3]
+        normal = across[:, int(np.argmax(np.diag(across)))]
+        normal = normal / np.sqrt(normal @ normal)
+        constant = np.abs(Q[:, :3] @ normal).max() <= CURVATURE_ZERO * np.abs(Q).max()
+        return np.asarray(normal) if constant else None
+
+    def _depth(self, Q: Array, at: Array) -> float:
+        """Return how far towards the centre rays start from the point where a form is largest.
+
+        Sections of balls have as many rays on either side: they start amid a thin part.
+        """
+        if self.section_axis(Q) is None:
+            return INWARDS
+        # On the way q is top - 2 slope t + curvature t²; its least root, without cancellation.
+        curvature, slope = float(at @ Q[:3, :3] @ at), float(at @ (Q[:3, :3] @ at + Q[:3, 3]))
+        top = 2.0 * slope - curvature + float(Q[3, 3])
+        root = math.sqrt(max(slope * slope - curvature * top, 0.0))
+        return min(INWARDS, 0.5 * top / (slope + root)) if slope + root > 0.0 else INWARDS
 
     @property
     def per_volume(self) -> float:
@@ -130,6 +164,8 @@ def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
         moments = stock.fan.moments(stock.fan.arcs(Q))
     elif not Q[:3, :3].any():
         moments = cut_moments(stock.region, 2.0 * Q[:3, 3], float(Q[3, 3]))
+    elif (axis := stock.section_axis(Q)) is not None:
+        moments = section_moments(Q, axis, rays, stock.origin)
     elif (part := _prism_part(stock.region, Q, rays, stock.origin)) is not None:
         moments = part
     else:
@@ -180,6 +216,8 @@ def second_derivatives(stock: Stock, form: Array, rays: int) -> Array:
         return _differences(stock, Q, basis)
     if stock.mirror is not None:
         basis = 0.5 * (basis + stock.mirror.T @ basis @ stock.mirror)
+    if (axis := stock.section_axis(Q)) is not None:
+        return stock.per_volume * section_products(Q, axis, rays, stock.origin, basis)
     return stock.per_volume * surface_products(
         rays_of(stock.region, rays, stock.origin), Q, basis
     )

@@ -27,6 +27,7 @@ from balance.masses.counterweights.volume.fill_program import (
     least_mass,
 )
 from balance.masses.counterweights.volume.filling_check import check_filling
+from balance.masses.counterweights.volume.mirror_images import halved_by_plane
 from balance.masses.designs.verdicts import TOO_NARROW, UNCHECKED_MATTER, UNSETTLED
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
@@ -69,12 +70,13 @@ def decide_filled(
         return points
     blank = points.undecided(UNCHECKED_MATTER, moved={})
     program = build_added_program(space, regions, minimise, price, moved)
-    needed = density_needed(program, list(stocks.values()), how_much=relax)
+    program, matter = halved_by_plane(program, stocks)
+    needed = density_needed(program, matter, how_much=relax)
     if needed.bound > 1.0:
         return _excluded(blank, stocks, program, needed, relax)
     if needed.factor > 1.0:
         return blank.undecided("matter of this density just or just not balances it")
-    return _filled(blank, stocks, program, needed, prove)
+    return _filled(blank, dict(zip(stocks, matter, strict=True)), program, needed, prove)
 
 
 def balancing_mass(
@@ -91,7 +93,7 @@ def balancing_mass(
     if decide(space, regions, moved=moved).verdict != "feasible":
         return None
     program = build_added_program(space, regions, "mass", moved=moved)
-    matter = list(stocks.values())
+    program, matter = halved_by_plane(program, stocks)
     needed = density_needed(program, matter)
     if needed.factor > 1.0:
         return None
@@ -138,8 +140,9 @@ def _describe_denser(
     if not np.isfinite(needed.factor):
         return ()
     program = build_added_program(space, asked.regions, "mass", moved=asked.moved)
+    program, matter = halved_by_plane(program, stocks)
     factor = needed.factor * (1.0 + density_gap(program))
-    mass = least_mass(program, list(stocks.values()), needed, factor)
+    mass = least_mass(program, matter, needed, factor)
     return (Relaxation(None, factor, program.unit * mass),)
 
 

@@ -11,10 +11,8 @@ has the dual
 
 Mixtures of parts of the regions, of which each master program takes the best, are feasible
 from inside; its multipliers y name the next part, ``{y·A_b > C_b}``, and prove a bound from
-outside. Where both nearly meet, Newton's method takes over: the dual is smooth, its gradient is
-what the parts leave of the conditions, and its second derivative is an integral over their
-inner surfaces. At the maximum these parts balance. Every y proves a lower bound, whatever led
-to it.
+outside. Where both nearly meet, Newton's method takes over (`dual_ascent`), at whose end the
+parts balance. Every y proves a lower bound, whatever led to it.
 
 The least factor t of the density for which matter balances at all is likewise
 
@@ -44,15 +42,17 @@ from balance.masses.counterweights.added_program import (
 from balance.masses.counterweights.moved_matter import shifted
 from balance.masses.counterweights.volume.cut_regions import (
     COARSE,
-    FINE,
     Stock,
-    fill,
-    second_derivatives,
     support_function,
+)
+from balance.masses.counterweights.volume.dual_ascent import (
+    conditions_of,
+    fill_all,
+    forms_of,
+    maximise_dual,
 )
 from balance.masses.counterweights.volume.settled_shares import NO_LINKS, settled, with_shares
 from balance.support.clarabel_adapter import (
-    TRIANGLES,
     ConstraintBlock,
     solve_conic,
     triangles,
@@ -62,8 +62,6 @@ from balance.support.tolerances import (
     DENSITY_GAP,
     DENSITY_GAP_FORCE,
     FILL_GAPS,
-    FILL_RESIDUAL,
-    FILL_ROUND_OFF,
     FILLING_GAP_PROVED,
     MASS_GAP,
 )
@@ -75,15 +73,9 @@ MOST_ROUNDS = 120
 INERTIA = 0.7
 # Parts from which a master forgets those that its mixture has none of, and the share of none.
 MOST_IDLE, SHARE_ZERO = 30, 1e-6
-# Most steps of Newton's method with the same rays, and most halvings of a step.
-MOST_STEPS, MOST_HALVINGS = 15, 20
 # Factor of the density up to which matter is clearly enough, and that from which it is clearly
 # too little: integrals have errors below.
 CLEARLY_ENOUGH, CLEARLY_TOO_LITTLE = 0.95, 1.05
-# Part of the slope of a step that it must gain.
-LEAST_GAIN = 1e-4
-# Rays of each stage of it; each starts its rays inside the parts that the one before filled.
-STAGES = (COARSE, FINE, FINE)
 
 
 class DensityNeeded(NamedTuple):
@@ -200,12 +192,12 @@ def fill_least(
             columns.shifts(forms),
             gap == FILL_GAPS[-1],
         )
-        eta, seen = _maximise(fixed.program, stocks, fixed.prices, fixed.start)
+        eta, seen = maximise_dual(fixed.program, stocks, fixed.prices, fixed.start)
         forms = forms_of(fixed.program, eta, fixed.prices)
-        moments = _fill_all(program, seen, forms)
+        moments = fill_all(program, seen, forms)
         shares = fixed.shares_of(program, moments)
         residual = after_taking(program, shares, NO_LINKS, shares).target
-        residual = residual - _conditions_of(program, moments)
+        residual = residual - conditions_of(program, moments)
         dual = np.append(fixed.multipliers(eta)[:rank], dual[rank:])
         bound = columns.fixed(dual)
         held, bare = forms * moments, columns.forms(dual)
@@ -226,25 +218,6 @@ def fill_least(
             break
         columns.parts.append(moments)
     return FilledParts(forms, moments, shares, bound, dual[:rank])
-
-
-def forms_of(program: AddedProgram, y: Array, cost: Array) -> Array:
-    """Compute the forms ``y·A_b - C_b`` (links, 4, 4)."""
-    flat = np.einsum("r,lrj->lj", y, program.rows) - cost
-    return np.asarray((flat @ TRIANGLES[4].T).reshape(-1, 4, 4))
-
-
-def _fill_all(
-    program: AddedProgram, stocks: Sequence[Stock], forms: Array, rays: int = FINE
-) -> Array:
-    """Compute the moments (links, 4, 4) of the parts where forms are positive."""
-    moments = [fill(stock, form, rays) for stock, form in zip(stocks, forms, strict=True)]
-    return np.array(moments) / program.unit
-
-
-def _conditions_of(program: AddedProgram, moments: Array) -> Array:
-    """Compute ``Σ_b A_b ΔP_b`` (ρ,) of moments (links, 4, 4)."""
-    return np.asarray(np.einsum("lrj,lj->r", program.rows, triangles(moments)))
 
 
 class _Columns:
@@ -352,7 +325,7 @@ class _Columns:
     def _fill(self, forms: Array) -> Array:
         """Compute the moments of parts with few rays, each from inside its part."""
         seen = [s.with_rays_inside(form) for s, form in zip(self.stocks, forms, strict=True)]
-        return _fill_all(self.program, seen, forms, COARSE)
+        return fill_all(self.program, seen, forms, COARSE)
 
     def _forget(self, shares: Array) -> None:
         """Forget the parts that the best mixture has none of, if there are many."""
@@ -424,73 +397,3 @@ def _support_functions(program: AddedProgram, stocks: Sequence[Stock], forms: Ar
         for stock, form in zip(stocks, forms, strict=True)
     ]
     return np.array(pairs) / program.unit
-
-
-def _maximise(
-    program: AddedProgram, stocks: Sequence[Stock], cost: Array, start: Array
-) -> tuple[Array, list[Stock]]:
-    """Maximise the dual by Newton's method, with few rays and then with many.
-
-    Args:
-        program: the conditions.
-        stocks: region and density of each link.
-        cost: the polynomials C_b (links, 10).
-        start: multipliers (ρ,) to start at.
-
-    Returns:
-        The maximiser, and the stocks whose rays start inside the parts that it fills.
-    """
-    y, seen = start, list(stocks)
-    for rays in STAGES:
-        forms = forms_of(program, y, cost)
-        seen = [s.with_rays_inside(form) for s, form in zip(stocks, forms, strict=True)]
-        value, gradient = _dual(program, seen, cost, y, rays)
-        for _ in range(MOST_STEPS):
-            if float(np.linalg.norm(gradient)) <= FILL_RESIDUAL:
-                break
-            H = _curvature(program, seen, cost, y, rays)
-            # Where a part is empty H is singular; so much more keeps steps below the size of y,
-            # and vanishes with the gradient (D.-H. Li, M. Fukushima, L. Qi, N. Yamashita,
-            # 2004).
-            size = float(np.linalg.norm(y))
-            more = float(np.linalg.norm(gradient)) / size if size > 0.0 else 0.0
-            more += FILL_ROUND_OFF * (1.0 + float(np.trace(H)))
-            step = np.linalg.solve(H + more * np.eye(len(H)), gradient)
-            for halving in range(MOST_HALVINGS):
-                part = 0.5**halving * step
-                new_value, new_gradient = _dual(program, seen, cost, y + part, rays)
-                gain = LEAST_GAIN * float(gradient @ part)
-                smaller = np.linalg.norm(new_gradient) < np.linalg.norm(gradient)
-                gains = new_value >= value + gain
-                if gains if gain > FILL_ROUND_OFF * abs(value) else smaller:
-                    break
-            else:
-                break
-            y, value, gradient = y + part, new_value, new_gradient
-    return y, seen
-
-
-def _dual(
-    program: AddedProgram, stocks: Sequence[Stock], cost: Array, y: Array, rays: int
-) -> tuple[float, Array]:
-    """Compute the dual and its gradient."""
-    forms = forms_of(program, y, cost)
-    moments = _fill_all(program, stocks, forms, rays)
-    value = float(y @ program.target) - float(np.sum(forms * moments))
-    return value, program.target - _conditions_of(program, moments)
-
-
-def _curvature(
-    program: AddedProgram, stocks: Sequence[Stock], cost: Array, y: Array, rays: int
-) -> Array:
-    """Compute minus the second derivative of the dual (ρ, ρ)."""
-    forms = forms_of(program, y, cost)
-    S = np.array(
-        [
-            second_derivatives(stock, form, rays)
-            for stock, form in zip(stocks, forms, strict=True)
-        ]
-    )
-    return np.asarray(
-        np.einsum("lri,lij,lsj->rs", program.rows, S, program.rows) / program.unit
-    )

@@ -86,7 +86,7 @@ def integrate_positive_part(
         The moments (4, 4) in unit coordinates.
     """
     o, sides, w = rays
-    intervals = _positive_intervals(rays, form)
+    intervals = positive_intervals(rays, form)
     # What is positive up to a root counts there, and not beyond: plus or minus its power of τ.
     parts = [change * tau ** powers[0] for tau, change in intervals.roots]
     moments = []
@@ -116,7 +116,7 @@ def surface_products(rays: Rays, form: Array, basis: Array) -> Array:
     Returns:
         The integrals (n, n).
     """
-    intervals = _positive_intervals(rays, form)
+    intervals = positive_intervals(rays, form)
     slopes = intervals.slopes
     flat = basis.reshape(len(basis), 16).T
     total = np.zeros((len(basis), len(basis)))
@@ -129,7 +129,7 @@ def surface_products(rays: Rays, form: Array, basis: Array) -> Array:
     return total
 
 
-class _Intervals(NamedTuple):
+class Intervals(NamedTuple):
     """Where a quadratic is positive along rays.
 
     Attributes:
@@ -145,7 +145,7 @@ class _Intervals(NamedTuple):
     slopes: Array
 
 
-def _positive_intervals(rays: Rays, form: Array) -> _Intervals:
+def positive_intervals(rays: Rays, form: Array) -> Intervals:
     """Find where a quadratic is positive along rays."""
     p, o = rays.sides, np.append(rays.origin, 1.0)
     q = form[:3, :3] @ p
@@ -161,7 +161,7 @@ def _positive_intervals(rays: Rays, form: Array) -> _Intervals:
     between = ((a * middle + 2.0 * b) * middle + c > 0.0).astype(np.float64)
     at_end = (a + 2.0 * b + c > 0.0).astype(np.float64)
     roots = (first, float(c > 0.0) - between), (second, between - at_end)
-    return _Intervals(roots, at_end, 2.0 * root)
+    return Intervals(roots, at_end, 2.0 * root)
 
 
 def _polytope_surface(region: Region, count: int) -> tuple[Array, Array, Array]:

@@ -201,7 +201,8 @@ def four_bar_stack_urdf(
     _check(modules)
     angles = np.array([module.crank_angle for module in modules])
     place = place_stack(modules, angles)
-    tool = Position(place.middle.real, place.middle.imag, 0.0)
+    middle = complex(place.middle)
+    tool = Position(middle.real, middle.imag, 0.0)
     base = modules[0].crank * modules[0].ratio
     plates: list[float | None] = [thickness]
     if thickness is None and density is not None:

@@ -257,16 +257,17 @@ class _Search:
         return place_stack(self.modules, alpha, complex(x, y), (first, second, third))
 
     def _jacobian(self, x: Array) -> Array:
-        """Compute the derivatives of the misses by central differences."""
-        count, step = len(self.angles), 1e-6
-        J = np.zeros((3 * count, x.size))
-        for k in range(6):
-            shift = step * np.eye(x.size)[k]
-            J[:, k] = (self._misses(x + shift) - self._misses(x - shift)) / (2.0 * step)
-        by_crank = self._by_cranks(x[:6], x[6:].reshape(-1, COUNT))
-        for j in range(count):
-            J[j::count, 6 + COUNT * j : 6 + COUNT * (j + 1)] = by_crank[j]
-        return J
+        """Compute the derivatives; an angle of a base turns all that it carries."""
+        count, alpha = len(self.angles), x[6:].reshape(-1, COUNT)
+        placed = self._place(x[:6], alpha)
+        J = np.zeros((3, count, x.size))
+        J[0, :, 0] = J[1, :, 1] = J[2, :, 2:6] = 1.0
+        for k, pins in enumerate(placed.pins):
+            arm = 1j * (placed.middle - 0.5 * (pins[0] + pins[1]))
+            J[0, :, 2 + k], J[1, :, 2 + k] = arm.real, arm.imag
+        for j, by_crank in enumerate(self._by_cranks(x[:6], alpha)):
+            J[:, j, 6 + COUNT * j : 6 + COUNT * (j + 1)] = by_crank
+        return J.reshape(3 * count, x.size)
 
     def _by_cranks(self, fixed: Array, alpha: Array) -> Array:
         """Compute x, y and turn of the tool by the cranks, at each position (n, 3, 3)."""

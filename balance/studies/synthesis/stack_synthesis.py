@@ -36,7 +36,7 @@ def decoupled_stack(request: SynthesisRequest) -> Synthesis:
 
     Balanced in all freedoms, it is decoupled: the confirmation checks both.
     """
-    count, mechanisms, words = 0, list[SynthesizedMechanism](), ()
+    count, mechanisms, words = 0, list[SynthesizedMechanism](), tuple[str, ...]()
     for design in islice(stack_designs(request.positions), TRIES):
         count += 1
         if request.progress is not None:

@@ -110,8 +110,8 @@ def synthesize(
     length, through three, and near more; any four-bars, through up to five, with
     counterweights and geared rotors; any four-bars that a dyad makes six-bars which can be
     balanced; or three antiparallelograms, each on the coupler of the one before, with three
-    freedoms that are balanced and decoupled, through up to twenty. Every mechanism is written as URDF and confirmed by the
-    design space and by Pinocchio.
+    freedoms that are balanced and decoupled, through up to twenty. Every mechanism is written
+    as URDF and confirmed by the design space and by Pinocchio.
 
     Args:
         positions: of the tool: x and y in metres, the angle in radians; inertial frame.

@@ -36,7 +36,7 @@ class PlanarFile:
         """The frame of a link at the pose."""
         return self.data.oMf[self.model.getFrameId(link)]
 
-    def turn_to(self, values, steps: int = 10) -> np.ndarray:
+    def turn_to(self, values, steps: int = 60) -> np.ndarray:
         """Turn the inputs from the pose of the file, with the pins kept; returns all turns."""
         neutral, turned = pin.neutral(self.model), np.zeros(self.model.nv)
         for part in np.linspace(0.0, 1.0, steps + 1):

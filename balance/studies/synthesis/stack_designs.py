@@ -3,10 +3,10 @@
 Three cranks make a tool free in the plane, so that every position within reach has angles of
 the cranks. With the middle of the lowest base b, its angle ψ, the angles γ_2, γ_3 of the other
 bases and that of the tool from the couplers that carry them, and the angles α of the cranks at
-each of n positions, there are 3 n equations in 3 n + 6 unknowns, solved by least squares within
-bounds on α: each crank stays on one side of its change points. The ratio of base and crank and
-the size are taken from lists, the smallest size that does for each ratio. The six are then
-rounded, and the angles of the cranks follow anew.
+each of n positions, there are 3 n equations in 3 n + 6 unknowns, solved by least squares near a
+start within bounds on α: each crank stays on one side of its change points. The ratio of base
+and crank and the size are taken from lists, the smallest size that does for each ratio. The six
+are then rounded, and the angles of the cranks follow anew.
 
 A coupler turns by at most ``2 arcsin(1 / r)`` for a base of r cranks.
 """
@@ -54,6 +54,8 @@ SIDES = tuple(product((1.0, -1.0), repeat=COUNT))
 DECIMALS = 3
 # Most evaluations of a search, and largest condition number of the tool at a position.
 EVALUATIONS, CONDITION = 25, 200.0
+# Weight that keeps a search near its start, and misses up to which it has come near positions.
+NEAR, CLOSE = 0.01, 0.05
 # Steps of Newton's method.
 STEPS = 12
 # Poses along each line between two positions.
@@ -228,10 +230,16 @@ class _Search:
             np.concatenate([np.full(6, sign * np.inf), np.tile(end, len(self.angles))])
             for sign, end in zip((-1.0, 1.0), ends, strict=True)
         ]
+        # There are more unknowns than equations: of the stacks that pass, one near the start.
+        near = NEAR * np.eye(x.size)
         solution = least_squares(
-            self._misses, x, self._jacobian, bounds=limits, max_nfev=EVALUATIONS, xtol=1e-12
+            lambda y: np.concatenate([self._misses(y), NEAR * (y - x)]),
+            x,
+            lambda y: np.vstack([self._jacobian(y), near]),
+            bounds=limits,
+            max_nfev=EVALUATIONS,
         )
-        if np.abs(solution.fun).max() > 1e-6:
+        if np.abs(self._misses(solution.x)).max() > CLOSE:
             return None
         fixed = solution.x[:6].round(DECIMALS)
         return self._finish(fixed, solution.x[6:].reshape(-1, COUNT))

@@ -45,7 +45,7 @@ def decoupled_stack(request: SynthesisRequest) -> Synthesis:
         if masses is not None:
             mechanisms.append(_confirmed(request, design, masses, thickness))
             ratio = number_text(design.modules[0].ratio)
-            words = (f"each base is {ratio} cranks long; each crank turns its own inertia",)
+            words = (f"each base is {ratio} cranks long; each drive feels its own crank alone",)
             break
     if request.progress is not None:
         request.progress(TRIES, TRIES)

@@ -1,5 +1,7 @@
 from .sweeps.study import Study as Study
 from .sweeps.study import read_study as read_study
+from .synthesis.four_bar_platform import FourBarPlatform as FourBarPlatform
+from .synthesis.four_bar_platform import four_bar_platform_urdf as four_bar_platform_urdf
 from .synthesis.four_bar_stack import StackedFourBar as StackedFourBar
 from .synthesis.four_bar_stack import four_bar_stack_urdf as four_bar_stack_urdf
 from .synthesis.mechanism import SynthesizedMechanism as SynthesizedMechanism

@@ -36,8 +36,12 @@ class PlanarFile:
         """The frame of a link at the pose."""
         return self.data.oMf[self.model.getFrameId(link)]
 
-    def turn_to(self, values, steps: int = 60) -> np.ndarray:
-        """Turn the inputs from the pose of the file, with the pins kept; returns all turns."""
+    def turn_to(self, values, steps: int = 60) -> float:
+        """Turn the inputs from the pose of the file, with the pins kept.
+
+        Returns:
+            Largest turn of a joint, radians; infinity if the pins do not close.
+        """
         neutral, turned = pin.neutral(self.model), np.zeros(self.model.nv)
         for part in np.linspace(0.0, 1.0, steps + 1):
             turned[self.free] = part * np.asarray(values)
@@ -45,8 +49,8 @@ class PlanarFile:
                 gaps, J = self._gaps(pin.integrate(self.model, neutral, turned))
                 turned[self.others] -= np.linalg.lstsq(J[:, self.others], gaps, rcond=None)[0]
         self.q = pin.integrate(self.model, neutral, turned)
-        assert np.abs(self._gaps(self.q)[0]).max(initial=0.0) < 1e-11
-        return turned
+        closed = np.abs(self._gaps(self.q)[0]).max(initial=0.0) < 1e-11
+        return float(np.abs(turned).max()) if closed else np.inf
 
     def mass_matrix(self) -> np.ndarray:
         """Mass matrix of the twist of the base and the rates of the inputs, at the pose."""

@@ -198,7 +198,7 @@ def four_bar_stack_urdf(
         >>> kinematics.load("stack.urdf").inputs
         ('crank_joint_1', 'crank_joint_2', 'crank_joint_3')
     """
-    _check(modules)
+    check_stack(modules)
     angles = np.array([module.crank_angle for module in modules])
     place = place_stack(modules, angles)
     middle = complex(place.middle)
@@ -252,7 +252,7 @@ def stack_masses(
     return StackMasses(file, {body.name: float(body.mass) for body in best.bodies})
 
 
-def _check(modules: Sequence[StackedFourBar]) -> None:
+def check_stack(modules: Sequence[StackedFourBar]) -> None:
     """Refuse a stack of nothing or too many, and four-bars that are flat or have no masses."""
     if not 0 < len(modules) <= MOST_STACKED:
         raise UsageError(f"a stack has one to {MOST_STACKED} four-bars")
@@ -284,7 +284,7 @@ def bare_stack(place: StackPoints, tool: Position, name: str) -> bytes:
     """
     parts, parent = [make_elements.link("base")], ("base", 0j)
     for k, pins in enumerate(place.pins.tolist(), 1):
-        parts += _elements(pins, k, parent)
+        parts += four_bar_elements(pins, str(k), parent)
         parent = f"coupler_{k}", pins[2]
     link, at = parent
     turned = Element(
@@ -301,37 +301,39 @@ def bare_stack(place: StackPoints, tool: Position, name: str) -> bytes:
     return element_text(make_elements.robot(name, parts)).encode()
 
 
-def _elements(
-    pins: Sequence[complex], number: int, parent: tuple[str, complex]
+def four_bar_elements(
+    pins: Sequence[complex], label: str, parent: tuple[str, complex], independent: bool = True
 ) -> list[Element]:
-    """Make the links and joints of a four-bar.
+    """Make the links and joints of a four-bar, without masses.
 
     Args:
         pins: its crank and rocker on the base, and their tips, m, inertial frame.
+        label: what ends the names of its links and joints.
         parent: link that it stands on, and the place of its frame.
+        independent: whether its crank is an input.
     """
     base, rocker, crank, end = pins
     crank_link, coupler_link, rocker_link = (
-        f"{name}_{number}" for name in ("crank", "coupler", "rocker")
+        f"{name}_{label}" for name in ("crank", "coupler", "rocker")
     )
     link, below = parent
     return [
         *map(make_elements.link, (crank_link, coupler_link, rocker_link)),
         make_elements.hinge(
-            f"crank_joint_{number}",
+            f"crank_joint_{label}",
             link,
             crank_link,
             plane_origin(base - below),
-            independent=True,
+            independent=independent,
         ),
         make_elements.hinge(
-            f"coupler_joint_{number}", crank_link, coupler_link, plane_origin(crank - base)
+            f"coupler_joint_{label}", crank_link, coupler_link, plane_origin(crank - base)
         ),
         make_elements.hinge(
-            f"rocker_joint_{number}", link, rocker_link, plane_origin(rocker - below)
+            f"rocker_joint_{label}", link, rocker_link, plane_origin(rocker - below)
         ),
         make_elements.loop(
-            f"tip_joint_{number}",
+            f"tip_joint_{label}",
             "revolute",
             [
                 (coupler_link, plane_origin(end - crank)),

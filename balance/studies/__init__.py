@@ -12,6 +12,7 @@ Names for users, beside those of `balance` itself:
 - ``SynthesizedMechanism``: one mechanism, its file and what confirms it
 - ``four_bar_platform_urdf``: write a platform on three legs of balanced four-bars, balanced
 - ``four_bar_stack_urdf``: write balanced four-bars that stand on each other, n freedoms
+- ``principal_points``: principal points of elements in series from their masses
 - ``principal_vector_urdf``: write a principal-vector linkage of n elements, balanced
 - ``stacked_urdf``: write two balanced chains stacked into a mechanism of two freedoms
 """

@@ -23,6 +23,7 @@ class PlanarFile:
             [(side.get("link"), _point(side)) for side in loop if side.get("link")]
             for loop in root.findall("loop")
         ]
+        self.links = [link.get("name") for link in root.iter("link") if len(link)]
         for loop in root.findall("loop"):
             root.remove(loop)
         text = ElementTree.tostring(root, encoding="unicode")

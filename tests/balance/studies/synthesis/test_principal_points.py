@@ -19,8 +19,21 @@ ROD = 0.3
 
 
 def random_elements(n, seed=0):
-    """Joints, masses and centres of elements in a row, and a hinge that could close it."""
+    """Joints, masses and centres of elements in a ring, and a hinge that could close it.
+
+    The first draw of which no parallelogram is nearly flat.
+    """
     rng = np.random.default_rng([n, seed, 7])
+    while True:
+        joints, masses, centres, closing = draw(n, rng)
+        P = np.array(principal_points(joints, masses, centres, ROD))
+        a, b = P[:-1] - joints, P[1:] - joints
+        flat = np.sin(np.angle(a[:, None] / b))[np.triu_indices(n - 1)]
+        if np.abs(flat).min() > 0.1:
+            return joints, masses, centres, closing
+
+
+def draw(n, rng):
     ring = np.exp(2j * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n)
     masses, centres = (
         rng.uniform(0.5, 3.0, n),

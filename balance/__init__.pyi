@@ -33,12 +33,12 @@ from .masses.identification.identification import Identification as Identificati
 from .masses.identification.identify import identify as identify
 from .masses.mode_answers import ModeAnswers as ModeAnswers
 from .masses.mode_answers import motion_modes as motion_modes
-from .masses.partial.budgets import pareto as pareto
-from .masses.partial.budgets import partial as partial
-from .masses.partial.partial_balance import (
+from .masses.partial_balance.budgets import pareto as pareto
+from .masses.partial_balance.budgets import partial as partial
+from .masses.partial_balance.partial_balance import (
     ParetoFront as ParetoFront,
 )
-from .masses.partial.partial_balance import (
+from .masses.partial_balance.partial_balance import (
     PartialBalance as PartialBalance,
 )
 from .masses.remedies.compare import (

@@ -9,9 +9,9 @@ from .designs.feasibility import feasible as feasible
 from .identification.exciting_motion import ExcitingMotion as ExcitingMotion
 from .identification.exciting_motion import exciting_motion as exciting_motion
 from .mode_answers import ModeAnswer as ModeAnswer
-from .partial.elastic_frame import ElasticFrame as ElasticFrame
-from .partial.least_violation import LeastViolation as LeastViolation
-from .partial.least_violation import least_violation as least_violation
+from .partial_balance.elastic_frame import ElasticFrame as ElasticFrame
+from .partial_balance.least_violation import LeastViolation as LeastViolation
+from .partial_balance.least_violation import least_violation as least_violation
 from .payload import Payload as Payload
 from .payload import carrying as carrying
 from .payload import read_payload as read_payload

@@ -204,13 +204,13 @@ def answer_modes(
         options: arguments of `balance.design_space`.
         doubt: of the same error.
     """
-    answers = tuple(_answer(mode, options) for mode in modes)
+    answers = tuple(_answer_on_mode(mode, options) for mode in modes)
     linkages = (mode.linkage for mode in modes)
     name = next((x.name for x in linkages if isinstance(x, Linkage)), "")
     return ModeAnswers(name, options.get("balance", "dynamic"), answers, doubt)
 
 
-def _answer(mode: ModeOfMotion, options: Mapping[str, Any]) -> ModeAnswer:
+def _answer_on_mode(mode: ModeOfMotion, options: Mapping[str, Any]) -> ModeAnswer:
     """Compute design space and verdict on one mode."""
     if isinstance(mode.linkage, LinkageError):
         return ModeAnswer(mode, None, None, problem=str(mode.linkage))

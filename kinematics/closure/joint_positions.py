@@ -73,8 +73,8 @@ def values_by_input(
         PoseError: a name is not that of an input.
     """
     check_inputs(linkage, values)
-    rest = np.zeros(linkage.mobility) if others is None else others
-    pairs = zip(linkage.inputs, rest, strict=True)
+    defaults = np.zeros(linkage.mobility) if others is None else others
+    pairs = zip(linkage.inputs, defaults, strict=True)
     return np.array([values.get(name, other) for name, other in pairs], dtype=np.float64)
 
 

@@ -153,12 +153,12 @@ def _side_coefficients(relation: str, text: str, inputs: tuple[str, ...]) -> lis
     return row
 
 
-def _reading_problem(rest: str, inputs: Sequence[str]) -> str:
+def _reading_problem(text: str, inputs: Sequence[str]) -> str:
     """Describe the error in the text where reading stopped."""
-    word = re.match(rf"\s*[+-]?\s*(?:{_NUMBER}\s*\*\s*)?([A-Za-z_][\w./-]*)", rest)
+    word = re.match(rf"\s*[+-]?\s*(?:{_NUMBER}\s*\*\s*)?([A-Za-z_][\w./-]*)", text)
     if word:
         return f"'{word[1]}' is not an input{did_you_mean(word[1], inputs)}"
-    return f"cannot read '{rest.strip()}' (write sums of terms such as j1 or -2*j1)"
+    return f"cannot read '{text.strip()}' (write sums of terms such as j1 or -2*j1)"
 
 
 def _scale_to_unit(row: list[Fraction]) -> list[Fraction]:

@@ -65,7 +65,7 @@ def sweep_words(rng: random.Random, folder: Path, odd: Sequence[str]) -> list[st
     lines += [rng.choice(odd)] * (rng.random() < 0.05)
     study.write_text("\n".join(lines), encoding="utf-8", errors="replace")
     run = ["run", str(study if rng.random() < 0.95 else folder), "--out", str(file)]
-    run += ["--workers", rng.choice(("1", "1", "2", "0"))]
+    run += ["--workers", rng.choice(("1", "1", "2", "0", "-1"))]
     run += ["--resume"] * (rng.random() < 0.5)
     column = rng.choice(("rank", "row", "reason", path, "ghost", ""))
     show = ["show", str(rng.choice((file, study, folder)))]

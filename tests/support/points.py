@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.regions import Region
-from balance.masses.partial.budgets import partial
-from balance.masses.partial.partial_balance import PartialBalance
+from balance.masses.partial_balance.budgets import partial
+from balance.masses.partial_balance.partial_balance import PartialBalance
 from balance.space.spaces.design_space import DesignSpace
 from kinematics.loading.model_gallery import LinkageLike
 

@@ -105,10 +105,10 @@ def densities_of(
     named: dict[str, float] = {}
     for name, value in arguments.density:
         named[name] = min(named.get(name, value), value)
-    rest = named.pop("", MATERIALS["steel"])
-    if rest == inf:
+    unnamed = named.pop("", MATERIALS["steel"])
+    if unnamed == inf:
         return named or None
-    return dict.fromkeys(names, rest) | named if named else rest
+    return dict.fromkeys(names, unnamed) | named if named else unnamed
 
 
 def _density_or_none(text: str) -> tuple[str, float]:

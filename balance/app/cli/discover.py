@@ -12,7 +12,7 @@ from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser, Verbs, add_json_option
 from balance.app.cli.exit_codes import DONE, NEGATIVE, UNDECIDED, verdict_code
 from balance.app.cli.number_arguments import (
-    MAX_WORKERS,
+    add_workers,
     point,
     positive_number,
     whole_number,
@@ -113,12 +113,7 @@ def _add_run(kinds: Verbs) -> None:
         action="store_true",
         help="go on with a file that this search has begun; begin it, if there is none",
     )
-    parser.add_argument(
-        "--workers",
-        type=whole_number(0, MAX_WORKERS),
-        metavar="N",
-        help="processes on this machine (default: one per core; 0: this process alone)",
-    )
+    add_workers(parser, keeps_results=True)
     add_json_option(parser, _compute)
 
 
@@ -297,7 +292,7 @@ def _show(arguments: argparse.Namespace) -> Answer:
             advance(len(examined), len(search.families))
     families_data(data, examined)
 
-    def files() -> Files:
+    def prepare_files() -> Files:
         from balance.app.answers.html.families import families_page
 
         return {"html": partial(families_page, search.job, data, examined)}
@@ -306,7 +301,7 @@ def _show(arguments: argparse.Namespace) -> Answer:
         DONE if search.families else NEGATIVE,
         lambda: data,
         lambda: search_body(data, search.job.topology),
-        files=files,
+        files=prepare_files,
     )
 
 
@@ -428,10 +423,10 @@ def _walk(arguments: argparse.Namespace) -> Answer:
     walk = watch_walk(job, start)
     data = walk_data(walk)
 
-    def files() -> Files:
+    def prepare_files() -> Files:
         from balance.app.answers.html.walk import walk_page
 
         return {"html": partial(walk_page, walk)}
 
     code = DONE if walk.outcome == "special" else NEGATIVE
-    return Answer(code, lambda: data, lambda: walk_body(data), files=files)
+    return Answer(code, lambda: data, lambda: walk_body(data), files=prepare_files)

@@ -129,13 +129,13 @@ def _free_modes(modes: Sequence[FreeMode], kind: str) -> Answer:
     from balance.app.answers.text.flexible import free_modes_table
     from balance.motion.flexible.flex_data import modes_data
 
-    def files() -> Files:
+    def prepare_files() -> Files:
         from balance.app.answers.html.flexible_pictures import free_modes_picture
 
         return {"plot": partial(free_modes_picture, modes, kind)}
 
     return Answer(
-        DONE, lambda: modes_data(modes), lambda: [free_modes_table(modes)], files=files
+        DONE, lambda: modes_data(modes), lambda: [free_modes_table(modes)], files=prepare_files
     )
 
 
@@ -313,7 +313,7 @@ def _similar(arguments: argparse.Namespace) -> Answer:
     motion = _spin(arguments, first, second) if arguments.spin else None
     translator = _translate(arguments, first, second) if arguments.translator else None
 
-    def files() -> Files:
+    def prepare_files() -> Files:
         from balance.app.answers.html.flexible_pictures import one_panel_picture
 
         kind = kind_of(arguments.plot)
@@ -326,7 +326,7 @@ def _similar(arguments: argparse.Namespace) -> Answer:
         DONE,
         lambda: similarity_data(first, second, similarity, motion, translator),
         lambda: similarity_body(second, similarity, motion, translator),
-        files=files,
+        files=prepare_files,
     )
 
 

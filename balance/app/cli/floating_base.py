@@ -123,7 +123,7 @@ def run_floating_base(arguments: argparse.Namespace) -> Answer:
         results = _simulate(arguments, advance)
     from balance.app.answers.text.floating_base import floating_base_body
 
-    def files() -> Files:
+    def prepare_files() -> Files:
         from balance.app.answers.html.floating_base import floating_base_table
 
         table = partial(floating_base_table, results[0])
@@ -135,7 +135,7 @@ def run_floating_base(arguments: argparse.Namespace) -> Answer:
         lambda: data_against(*results),
         lambda: floating_base_body(results),
         [notice for result in results for notice in result.notices],
-        files=files,
+        files=prepare_files,
     )
 
 

@@ -102,7 +102,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         predictions.to_dict,
         lambda: motion_body(predictions),
         predictions.notices,
-        files=lambda: _files(predictions, kind_of(arguments.plot)),
+        files=lambda: _prepare_prediction_files(predictions, kind_of(arguments.plot)),
     )
 
 
@@ -221,8 +221,8 @@ def _target_inputs(
     return list(range(len(inputs)))
 
 
-def _files(predictions: Predictions, kind: str) -> Files:
-    """Find what makes the files of predictions."""
+def _prepare_prediction_files(predictions: Predictions, kind: str) -> Files:
+    """Prepare the makers of the files of predictions."""
     from balance.app.answers.html.motion import motion_page, motion_picture
     from balance.motion.taylor_poses.error_curves import error_curves
 

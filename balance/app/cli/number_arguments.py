@@ -12,7 +12,7 @@ from kinematics.errors import UsageError
 
 # Largest coordinate of a point, metres, and of an acceleration, m/s².
 MAX_POINT = 1e6
-# Most processes of a run.
+# Most processes of a command.
 MAX_WORKERS = 1024
 
 
@@ -42,6 +42,25 @@ def add_tool(group: argparse._ArgumentGroup, purpose: str) -> None:
         type=point,
         metavar="X,Y,Z",
         help="its point in its frame, m (default: the origin)",
+    )
+
+
+def add_workers(group: argparse._ActionsContainer, keeps_results: bool) -> None:
+    """Add the option ``--workers``, processes on this machine; 0 stands for this one alone.
+
+    A command that keeps its results in a file, for it may take hours, has one per core by
+    default, as None; another one works in this process, for others take seconds to start.
+
+    Args:
+        keeps_results: whether the command keeps them, and goes on with them by ``--resume``.
+    """
+    default = "one per core" if keeps_results else "0"
+    group.add_argument(
+        "--workers",
+        type=whole_number(0, MAX_WORKERS),
+        default=None if keeps_results else 0,
+        metavar="N",
+        help=f"processes on this machine; 0: this process alone (default: {default})",
     )
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from balance.masses.counterweights.counterweights_result import Counterweights
     from balance.masses.counterweights.parts.part_files import CounterweightPart
     from balance.masses.counterweights.write_counterweights import WithCounterweights
-    from balance.masses.partial.partial_balance import ParetoFront, PartialBalance
+    from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
     from kinematics.model.linkage import Notice
 
 

@@ -213,7 +213,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         solution.to_dict,
         lambda: paths_body(solution),
         solution.notices,
-        files=lambda: _files(arguments, solution),
+        files=lambda: _prepare_path_files(arguments, solution),
     )
 
 
@@ -327,8 +327,8 @@ def _turn(text: str) -> tuple[float, ...]:
     return values
 
 
-def _files(arguments: argparse.Namespace, solution: ReactionlessPaths) -> Files:
-    """Find what makes the files of paths; a table needs a path."""
+def _prepare_path_files(arguments: argparse.Namespace, solution: ReactionlessPaths) -> Files:
+    """Prepare the makers of the files of paths; a table needs a path."""
     from balance.motion.paths.path import path_table, segments_table
 
     files = result_files(arguments, solution)

@@ -254,7 +254,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         plan.to_dict,
         lambda: quiet_body(plan),
         plan.notices,
-        files=lambda: _files(arguments, plan),
+        files=lambda: _prepare_plan_files(arguments, plan),
     )
 
 
@@ -370,7 +370,7 @@ def limits_by_name(
     return values or None
 
 
-def _files(arguments: argparse.Namespace, plan: QuietMotion) -> Files:
-    """Find what makes the files of a plan; a table needs a motion within the limits."""
+def _prepare_plan_files(arguments: argparse.Namespace, plan: QuietMotion) -> Files:
+    """Prepare the makers of the files of a plan; a table needs a motion within the limits."""
     files = result_files(arguments, plan, meshes=not arguments.no_meshes)
     return {**files, "motion_table": plan.table} if plan.feasible else files

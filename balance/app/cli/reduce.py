@@ -56,10 +56,10 @@ from balance.app.cli.requirement_options import (
 )
 
 if TYPE_CHECKING:
-    from balance.masses.partial.elastic_frame import ElasticFrame
-    from balance.masses.partial.load_range import LoadsLeft
-    from balance.masses.partial.partial_balance import ParetoFront
-    from balance.masses.partial.shaking_objectives import PartialObjective
+    from balance.masses.partial_balance.elastic_frame import ElasticFrame
+    from balance.masses.partial_balance.load_range import LoadsLeft
+    from balance.masses.partial_balance.partial_balance import ParetoFront
+    from balance.masses.partial_balance.shaking_objectives import PartialObjective
     from balance.masses.payload import Payload
 
 
@@ -214,8 +214,8 @@ def _run_required(arguments: argparse.Namespace) -> Answer:
     from balance.app.answers.text.violation import violation_body
     from balance.masses.counterweights.link_regions import distant_regions
     from balance.masses.counterweights.write_counterweights import with_counterweights
-    from balance.masses.partial.least_violation import least_violation
-    from balance.masses.partial.load_range import violation_left
+    from balance.masses.partial_balance.least_violation import least_violation
+    from balance.masses.partial_balance.load_range import violation_left
     from balance.support.options import GRAVITY
 
     regions = dict(arguments.region)
@@ -251,7 +251,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.require:
         return _run_required(arguments)
     front, load = _front(arguments)
-    from balance.app.answers.text.partial import partial_body
+    from balance.app.answers.text.partial_balance import front_body
     from balance.app.answers.text.payload import payload_section
     from balance.masses.counterweights.link_regions import distant_regions
 
@@ -261,7 +261,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     return Answer(
         verdict_code(best.verdict),
         lambda: front.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
-        lambda: [*partial_body(front), *payload_section(load)],
+        lambda: [*front_body(front), *payload_section(load)],
         (*front.notices, *far, *notices_of_parts(arguments, parts)),
         join_remarks(
             random_motions_remark(arguments, best.space.linkage),
@@ -278,9 +278,9 @@ def _front(
     linkage = load_model(arguments, arguments.angles)
     # Load the kernels only after the file is accepted.
     from balance.masses.counterweights.link_regions import names_of_links
-    from balance.masses.partial.budgets import pareto, single
-    from balance.masses.partial.load_range import shaking_left
-    from balance.masses.partial.shaking_problem import ShakingOptions
+    from balance.masses.partial_balance.budgets import pareto, single
+    from balance.masses.partial_balance.load_range import shaking_left
+    from balance.masses.partial_balance.shaking_problem import ShakingOptions
     from balance.space.spaces.compute_space import design_space
 
     space = design_space(linkage, arguments.motion, arguments.balance, 0)
@@ -346,7 +346,7 @@ def _weights(text: str) -> list[float]:
 
 def _frame(text: str) -> ElasticFrame:
     """Parse four numbers of an elastic frame."""
-    from balance.masses.partial.elastic_frame import ElasticFrame
+    from balance.masses.partial_balance.elastic_frame import ElasticFrame
     from kinematics.errors import UsageError
 
     words = text.split(",")

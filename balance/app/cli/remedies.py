@@ -15,7 +15,7 @@ from balance.app.cli.matter_options import add_matter_options, check_matter_opti
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.next_command import reduce_command
 from balance.app.cli.number_arguments import (
-    MAX_WORKERS,
+    add_workers,
     positive_number,
     positive_quantity,
     whole_number,
@@ -78,13 +78,7 @@ def add_remedies(parser: Parser) -> None:
         metavar="N",
         help="also N points of mass against input inertia",
     )
-    group.add_argument(
-        "--workers",
-        type=whole_number(1, MAX_WORKERS),
-        default=1,
-        metavar="N",
-        help="processes that apply remedies (default 1)",
-    )
+    add_workers(group, keeps_results=False)
     add_density_option(parser, "matter")
     parser.group("output").add_argument(
         "--out",
@@ -121,7 +115,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         lambda: remedies_body(comparison, reduce),
         comparison.request.space.warnings,
         f"not written, for no remedy helps: {undrawn}" if undrawn else "",
-        lambda: _files(arguments, comparison),
+        lambda: _prepare_remedy_files(arguments, comparison),
     )
 
 
@@ -131,8 +125,8 @@ def _print_result(applied: AppliedRemedy) -> None:
     print_on_terminal(f"{applied.short}: {applied.verdict}{added}")
 
 
-def _files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:
-    """Find what makes the page, the picture, and the files of the remedies that help."""
+def _prepare_remedy_files(arguments: argparse.Namespace, comparison: RemedyComparison) -> Files:
+    """Prepare the makers of page and picture, and of the files of the remedies that help."""
     from balance.masses.remedies.compare import remedy_files
 
     files = dict(result_files(arguments, comparison))

@@ -125,7 +125,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         posed, notice = _closed_pose(report.space.linkage, arguments.write_closed)
         closed, notices = {"write_closed": lambda: posed}, (*notices, notice)
 
-    def files() -> Files:
+    def prepare_files() -> Files:
         from balance.app.answers.html.report import report_page
 
         return {"html": partial(report_page, report, not arguments.no_meshes), **closed}
@@ -136,7 +136,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         lambda: report_data(shown),
         lambda: report_body(shown),
         notices,
-        files=files,
+        files=prepare_files,
         styled=True,
     )
 
@@ -152,7 +152,7 @@ def _run_several(arguments: argparse.Namespace) -> Answer:
 
     reports = [answer.report for answer in answers]
 
-    def files() -> Files:
+    def prepare_files() -> Files:
         from balance.app.answers.html.compare import compare_page
 
         return {"html": partial(compare_page, reports, not arguments.no_meshes)}
@@ -162,7 +162,7 @@ def _run_several(arguments: argparse.Namespace) -> Answer:
         lambda: compared("report", list(map(report_data, reports))),
         lambda: side_by_side(list(map(comparison_facts, reports))),
         named_notices((answer.report.space.linkage, answer.notices) for answer in answers),
-        files=files,
+        files=prepare_files,
     )
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser, Verbs, add_json_option
 from balance.app.cli.exit_codes import DONE
-from balance.app.cli.number_arguments import MAX_WORKERS, whole_number
+from balance.app.cli.number_arguments import add_workers, whole_number
 from balance.app.cli.outputs import add_page_option, kind_of, picture_path
 from balance.app.cli.progress import progress_bar
 from kinematics.errors import WorkerError
@@ -57,12 +57,7 @@ def _add_run(kinds: Verbs) -> None:
         action="store_true",
         help="go on with a file that this study has begun; begin it, if there is none",
     )
-    parser.add_argument(
-        "--workers",
-        type=whole_number(1, MAX_WORKERS),
-        metavar="N",
-        help="processes on this machine (default: one per core)",
-    )
+    add_workers(parser, keeps_results=True)
     parser.add_argument(
         "--dask",
         metavar="ADDRESS",

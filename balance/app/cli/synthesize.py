@@ -153,7 +153,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         verdict_code(synthesis.verdict),
         synthesis.to_dict,
         lambda: synthesis_body(synthesis),
-        files=lambda: _files(arguments, synthesis),
+        files=lambda: _prepare_mechanism_files(arguments, synthesis),
     )
 
 
@@ -181,8 +181,8 @@ def _synthesize(
     )
 
 
-def _files(arguments: argparse.Namespace, synthesis: Synthesis) -> Files:
-    """Find what makes the files of a synthesis; no mechanism, no file of it."""
+def _prepare_mechanism_files(arguments: argparse.Namespace, synthesis: Synthesis) -> Files:
+    """Prepare the makers of the files of a synthesis; no mechanism, no file of it."""
     from balance.studies.synthesis.constrained_motion import motion_csv
     from balance.studies.synthesis.couplings import SlotCoupling, slot_file
 

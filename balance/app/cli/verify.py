@@ -121,12 +121,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
         verification_facts,
     )
 
-    def files() -> Files:
-        return _files(arguments, results)
+    def prepare_files() -> Files:
+        return _prepare_verification_files(arguments, results)
 
     held = _holding(arguments, results)
     if isinstance(arguments.tolerance, dict):
-        return _with_tolerances(arguments, results[0], files)
+        return _with_tolerances(arguments, results[0], prepare_files)
     if not arguments.others:
         return Answer(
             _code(results[0]),
@@ -134,19 +134,19 @@ def _run(arguments: argparse.Namespace) -> Answer:
             lambda: [*verification_body(results), *holding_body(held)],
             [notice for result in results for notice in result.notices],
             random_motions_remark(arguments, results[0].linkage),
-            files,
+            prepare_files,
         )
     return Answer(
         max(map(_code, results)),
         lambda: compared("verify", [_data([result]) for result in results]),
         lambda: side_by_side(list(map(verification_facts, results))),
         named_notices((result.linkage, result.notices) for result in results),
-        files=files,
+        files=prepare_files,
     )
 
 
 def _with_tolerances(
-    arguments: argparse.Namespace, result: Verification, files: Callable[[], Files]
+    arguments: argparse.Namespace, result: Verification, prepare_files: Callable[[], Files]
 ) -> Answer:
     """Add to a verification what shakes if the linkage is made within tolerances."""
     from balance.app.answers.text.manufacture import tolerance_body
@@ -166,7 +166,7 @@ def _with_tolerances(
         lambda: [*verification_body([result]), "", *tolerance_body(spread)],
         result.notices,
         random_motions_remark(arguments, result.linkage),
-        files,
+        prepare_files,
     )
 
 
@@ -278,8 +278,10 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     return options
 
 
-def _files(arguments: argparse.Namespace, results: Sequence[Verification]) -> Files:
-    """Find what makes the files of verifications."""
+def _prepare_verification_files(
+    arguments: argparse.Namespace, results: Sequence[Verification]
+) -> Files:
+    """Prepare the makers of the files of verifications."""
     from balance.app.answers.html.verification import verification_table
 
     return {

@@ -10,7 +10,7 @@ import numpy as np
 from balance.masses.counterweights.added_matter import homogeneous
 from balance.masses.counterweights.lumps import Lumps
 from balance.masses.counterweights.regions import Region
-from balance.masses.counterweights.volume.stock import Stock
+from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.materials import MATERIALS
 from balance.support.tolerances import PLACED_AS_TAKEN

@@ -208,5 +208,5 @@ def balance_residual(space: DesignSpace, z: Array) -> float:
     """
     chain_z = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
     size = float(np.linalg.norm(chain_z, axis=1).sum())
-    rest = project_out(chain_z.reshape(-1), space.scaled_basis)
-    return float(np.linalg.norm(rest)) / (size or 1.0)
+    residual = project_out(chain_z.reshape(-1), space.scaled_basis)
+    return float(np.linalg.norm(residual)) / (size or 1.0)

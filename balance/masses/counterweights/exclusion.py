@@ -149,13 +149,13 @@ def describe_exclusion(
     second = parts[:, (3 if space.planar else 4) :]
     rotary = second.size and np.abs(second).max() > CERTIFICATE_ENTRY_RELATIVE * sizes.max()
     what = "moment of inertia" if rotary else "mass moment"
-    rest = f"can cancel the {what} that {_quoted(causes)} {_leave(causes)}"
+    claim = f"can cancel the {what} that {_quoted(causes)} {_leave(causes)}"
     if not named:
         added = _quoted([space.bodies[b] for b in regions])
-        return f"infeasible: no matter on {added}, wherever it is, {rest}"
+        return f"infeasible: no matter on {added}, wherever it is, {claim}"
     where = _quoted([space.bodies[b] for b in named])
     plural = "region" if len(named) == 1 else "regions"
-    return f"infeasible: no matter in the {plural} of {where} {rest}"
+    return f"infeasible: no matter in the {plural} of {where} {claim}"
 
 
 def _quoted(names: list[str]) -> str:

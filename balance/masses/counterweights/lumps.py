@@ -245,9 +245,9 @@ def _fitted(region: Region, P: Array) -> Lumps:
         p = homogeneous(points)
         columns = triangles(p[:, :, None] * p[:, None, :]).T
         masses, error = nnls(columns, wanted)
-        rest = wanted - columns @ masses
+        residual = wanted - columns @ masses
         points, masses = points[masses > 0.0], masses[masses > 0.0]
-        value, at = minimise_in_region(region, -(TRIANGLES[4] @ rest).reshape(4, 4))
+        value, at = minimise_in_region(region, -(TRIANGLES[4] @ residual).reshape(4, 4))
         if error <= LUMP_FIT or value >= -LUMP_FIT:
             break
         points = np.vstack([points, at])

@@ -209,8 +209,8 @@ def _solve(programs: Sequence[AddedProgram], cones: Sequence[MomentCone]) -> lis
     # The equations hold to the solver's accuracy: bring them to round-off.
     rank = [program.target.size for program in programs]
     equal = [*range(rank[0]), *range(height, height + rank[1]), *range(2 * height, len(rows))]
-    E, left = rows[equal], rows[equal] @ solution.x + offset[equal]
-    x = solution.x - np.linalg.lstsq(E, left, rcond=1e-12)[0]
+    E, residual = rows[equal], rows[equal] @ solution.x + offset[equal]
+    x = solution.x - np.linalg.lstsq(E, residual, rcond=1e-12)[0]
     return [
         np.array(
             [cone.matrices.T @ part[starts[k] : starts[k + 1]] for k, cone in enumerate(cones)]

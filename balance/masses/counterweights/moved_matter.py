@@ -26,7 +26,7 @@ import numpy as np
 from balance.masses.counterweights.added_matter import MomentCone
 from balance.masses.counterweights.link_regions import names_of_links
 from balance.masses.counterweights.regions import Region
-from balance.masses.counterweights.volume.stock import FINE, Stock, fill
+from balance.masses.counterweights.volume.cut_regions import FINE, Stock, fill
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.space.inertial_parameters.conversions import pseudo_inertia
 from balance.space.spaces.design_space import DesignSpace

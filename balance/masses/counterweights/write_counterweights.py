@@ -95,14 +95,14 @@ def with_counterweights(
     linkage = answer.space.linkage
     every = {weight.link for weight in answer.weights}
     merged = every & set(merge) if not isinstance(merge, bool) else every if merge else set()
-    rest = _rest(answer)
-    merged |= {name for name, z in rest.items() if not z.any()}
+    unmoved = _unmoved_parameters(answer)
+    merged |= {name for name, z in unmoved.items() if not z.any()}
     meshes = meshes or {}
     apart = [weight for weight in answer.weights if weight.link not in merged - set(meshes)]
-    if merged or rest:
+    if merged or unmoved:
         inertials = {
             name: _link_inertial(z, answer.space.frames[answer.space.bodies.index(name)])
-            for name, z in rest.items()
+            for name, z in unmoved.items()
             if name not in merged
         }
         inertials |= _merged_inertials(answer, merged)
@@ -119,7 +119,7 @@ def with_counterweights(
     return append_to_file(data, root, elements) if elements else data
 
 
-def _rest(answer: WithCounterweights) -> dict[str, Array]:
+def _unmoved_parameters(answer: WithCounterweights) -> dict[str, Array]:
     """Compute what stays of links from which something is moved: parameters (10,), by name."""
     moved = {name: mass for name, mass in answer.moved.items() if mass}
     if not moved:

@@ -114,9 +114,9 @@ def _solve_fixed_rows(program: Program, Z: Array, inside: Array | float = 0.0) -
     be unbounded.
     """
     for _ in range(2 if len(program.fixed) else 0):
-        rest = np.einsum("bnij,bij->n", program.whole.blocks, Z + inside)
+        residual = np.einsum("bnij,bij->n", program.whole.blocks, Z + inside)
         Z = Z + _fixed_rows_matrices(
-            program, np.linalg.lstsq(program.fixed.T, -rest, rcond=FIXED_RANK_RELATIVE)[0]
+            program, np.linalg.lstsq(program.fixed.T, -residual, rcond=FIXED_RANK_RELATIVE)[0]
         )
     return Z
 

@@ -96,6 +96,26 @@ class _Goal(NamedTuple):
     parts: tuple[ConstraintBlock, ...]
 
 
+class _BoundedGoal(NamedTuple):
+    """An objective, with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``.
+
+    Attributes:
+        program: the conic program of the design space with its constraints.
+        cone: cone of the coordinates.
+        goal: the objective.
+        lower: least pseudo-inertias (free, k, k).
+        trace_limit: bound on the sum of all traces.
+        limits: rows of the limits of density.
+    """
+
+    program: Program
+    cone: Cone
+    goal: _Goal
+    lower: Array
+    trace_limit: float
+    limits: DensityRows | None = None
+
+
 def minimise_objective(
     space: DesignSpace, program: Program, wanted: Objective, z: Array, margin: float
 ) -> Optimum | None:
@@ -129,12 +149,13 @@ def minimise_objective(
         distance = SIZED_DISTANCE if program.bounded_below else BOUNDARY_DISTANCE
         epsilon = min(distance, 0.5 * margin * trace / largest)
         trace_limit = TRACE_FACTOR * trace
-    v = _solve(program, cone, goal, epsilon * lower, trace_limit)
+    bounded = _BoundedGoal(program, cone, goal, epsilon * lower, trace_limit)
+    v = _solve(bounded)
     if v is not None and not _within_densities(program, cone.at(v[:-1])):
         P = matrices_of(space, z)[list(program.free)] / program.unit
         for _ in range(2):
             limits = limit_rows(cone.blocks, P, program.densities)
-            v = _solve(program, cone, goal, epsilon * lower, trace_limit, limits)
+            v = _solve(bounded._replace(limits=limits))
             if v is None:
                 return None
             P = cone.at(v[:-1])
@@ -192,49 +213,31 @@ class _Minimiser(NamedTuple):
     error: float
 
 
-def _solve(
-    program: Program,
-    cone: Cone,
-    goal: _Goal,
-    lower: Array,
-    trace_limit: float,
-    limits: DensityRows | None = None,
-) -> Array | None:
-    """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``.
+def _solve(bounded: _BoundedGoal) -> Array | None:
+    """Minimise an objective within its bounds.
 
     Where the solver stops short of its accuracy, as with bodies of which some are a thousand
     times as heavy as others, a second solution measures each body by the first one. The more
     accurate one counts.
-
-    Args:
-        limits: rows of the limits of density.
     """
-    request = (program, cone, goal, lower, trace_limit, limits)
-    first = _solve_once(*request)
+    first = _solve_once(bounded)
     if first is None:
         return None
     if first.error > SOLVER_RESIDUAL:
-        scales = _scales_of(cone.at(first.v[:-1]))
-        second = _solve_once(*request, scales) if np.isfinite(scales).all() else None
+        scales = _scales_of(bounded.cone.at(first.v[:-1]))
+        second = _solve_once(bounded, scales) if np.isfinite(scales).all() else None
         if second is not None and second.error < first.error:
             return second.v
     return first.v
 
 
-def _solve_once(
-    program: Program,
-    cone: Cone,
-    goal: _Goal,
-    lower: Array,
-    trace_limit: float,
-    limits: DensityRows | None = None,
-    scales: Array | None = None,
-) -> _Minimiser | None:
+def _solve_once(bounded: _BoundedGoal, scales: Array | None = None) -> _Minimiser | None:
     """Minimise an objective once; see `_solve`.
 
     Args:
         scales: congruences A_b (free, k, k), to require ``A_b P_b A_bᵀ ⪰ A_b lower_b A_bᵀ``.
     """
+    program, cone, goal, lower, trace_limit, limits = bounded
     (count, n), size = cone.blocks.shape[:2], program.traces.size
     A = np.tile(np.eye(cone.size), (count, 1, 1)) if scales is None else scales
     blocks = A[:, None] @ cone.blocks @ A[:, None].swapaxes(-1, -2)

@@ -116,8 +116,12 @@ def relevant_combinations(space: DesignSpace, excited: Array) -> Relevant:
         some = _eliminate(space, complement(first_basis(known).T), scaled)
         chosen = [item._replace(determined=True) for item in some]
     units = [item.row / np.linalg.norm(item.row) for item in everything]
-    rest = _independent_rows(units, range(len(units)), directions, len(everything) - len(kept))
-    return Relevant((*chosen, *(everything[k] for k in rest)), directions, len(everything))
+    completing = _independent_rows(
+        units, range(len(units)), directions, len(everything) - len(kept)
+    )
+    return Relevant(
+        (*chosen, *(everything[k] for k in completing)), directions, len(everything)
+    )
 
 
 def _scales(space: DesignSpace) -> Array:
@@ -198,10 +202,10 @@ def _independent_rows(
         for k in order:
             if k in chosen or len(chosen) == count:
                 continue
-            rest = rows[k] - basis @ (basis.T @ rows[k])
-            rest = rest - basis @ (basis.T @ rest)
-            size = float(np.linalg.norm(rest))
+            residual = rows[k] - basis @ (basis.T @ rows[k])
+            residual = residual - basis @ (basis.T @ residual)
+            size = float(np.linalg.norm(residual))
             if size > clear:
                 chosen.append(k)
-                basis = np.column_stack([basis, rest / size])
+                basis = np.column_stack([basis, residual / size])
     return sorted(chosen)

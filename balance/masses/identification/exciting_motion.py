@@ -28,7 +28,7 @@ from balance.masses.identification.measurements import require_bodies
 from balance.motion.motion_tolerances import CONDITIONING_LEAST
 from balance.motion.quiet.limits import InputLimits, Limit, input_limits
 from balance.motion.verification.given_motions import table_of_motion
-from balance.motion.verification.input_paths import SinePath
+from balance.motion.verification.input_paths import SinePath, input_path_data, sample_input_path
 from balance.motion.verification.joint_limits import joint_limits
 from balance.motion.verification.trajectory import (
     AMPLITUDE_FACTOR,
@@ -139,8 +139,7 @@ class ExcitingMotion(WithPage, WithPicture):
         Args:
             count: number of samples.
         """
-        time = np.linspace(0.0, self.duration, count)
-        return time, *self.path.at(time)
+        return sample_input_path(self.path, self.duration, count)
 
     def table(self, path: str | PathLike[str] | None = None) -> bytes:
         """Write the motion as a table that ``balance verify --csv`` reads.
@@ -155,9 +154,9 @@ class ExcitingMotion(WithPage, WithPicture):
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/identify.schema.json``."""
-        time, u, ud, udd = self.samples(101)
+        motion = self.samples(101)
         inputs = self.space.linkage.inputs
-        peaks = (np.abs(x).max(axis=0).tolist() for x in (u, ud, udd))
+        peaks = (np.abs(values).max(axis=0).tolist() for values in motion[1:])
         return {
             "schema": PLAN_SCHEMA,
             "model": self.space.linkage.name,
@@ -175,12 +174,7 @@ class ExcitingMotion(WithPage, WithPicture):
                 name: {"position": a, "velocity": b, "acceleration": c}
                 for name, a, b, c in zip(inputs, *peaks, strict=True)
             },
-            "motion": {
-                "time": time.tolist(),
-                "position": u.tolist(),
-                "velocity": ud.tolist(),
-                "acceleration": udd.tolist(),
-            },
+            "motion": input_path_data(*motion),
             "warnings": [notice._asdict() for notice in self.notices],
         }
 

@@ -172,7 +172,7 @@ def identify(
             f"loads: {len(measured.time)} samples of {first_names(measured.channels)} are too "
             "few for so many unknowns: measure for longer"
         )
-    return _answer(
+    return _collect_result(
         space, trajectory, measured, rows, Y, fit, sensors, pull, point, prior, cutoff
     )
 
@@ -217,7 +217,7 @@ def _sensor_columns(
     return sensors
 
 
-def _answer(
+def _collect_result(
     space: DesignSpace,
     trajectory: Trajectory,
     measured: Measurements,
@@ -353,13 +353,13 @@ def _channel_fits(
     fits = []
     for c, name in enumerate(measured.channels):
         values, r = measured.values[:, c], fit.residuals[:, c]
-        size, given, rest = (
+        size, given, residual = (
             float(np.sqrt(np.square(part).mean()))
             for part in (values, values - loads[0, :, c], r)
         )
         power = float(r @ r)
         correlation = float(r[1:] @ r[:-1]) / power if power > 0.0 else 0.0
-        fits.append(ChannelFit(name, size, given, rest, float(fit.noise[c]), correlation))
+        fits.append(ChannelFit(name, size, given, residual, float(fit.noise[c]), correlation))
     return tuple(fits)
 
 

@@ -307,8 +307,8 @@ def _empty_bodies(space: DesignSpace) -> tuple[Array, list[_LeftMass]]:
         if np.abs(A @ solution - b).max() <= MASS_LEFT_RELATIVE * size:
             y, empty = solution, wanted
     added = T @ y
-    rest = [body for body in range(len(z)) if body not in empty]
-    remaining_masses = [_left_mass(space, T, z, z + added, body) for body in rest]
+    massive = [body for body in range(len(z)) if body not in empty]
+    remaining_masses = [_left_mass(space, T, z, z + added, body) for body in massive]
     added[empty, :3] = -z[empty, :3]
     return added, remaining_masses
 

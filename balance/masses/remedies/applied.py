@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from balance.masses.partial.motion_loads import input_inertia
+from balance.masses.partial_balance.motion_loads import input_inertia
 from balance.masses.remedies.as_built import AsBuilt, InputSteps, as_built, input_steps
 from balance.masses.remedies.catalogue import CATALOGUE
 from balance.masses.remedies.request import RemedyRequest
@@ -40,7 +40,7 @@ class AppliedRemedy:
         added_mass: kg; None unless feasible or partial, as for the next four.
         mass_ratio: added mass over that of the moving bodies in the file.
         input_inertia: inertia that each input feels, by its name, kg m² or kg; see
-            `balance.masses.partial.motion_loads.input_inertia`.
+            `balance.masses.partial_balance.motion_loads.input_inertia`.
         inertia_ratio: their sum over the same sum of the file.
         built: what it asks of bearings, gears and room; see `balance.masses.remedies.as_built`.
         new_links: links that the remedy adds, without counterweights.

@@ -172,9 +172,9 @@ def _loads(
         efforts = np.einsum(
             "ti,ti->t", loads.screws[:, mimic.joint], reactions.joints[:, mimic.joint]
         )
-        moving, rest = np.split(np.abs(efforts), 2)
+        moving, resting = np.split(np.abs(efforts), 2)
         scale = chain.frame.length**2 / chain.units[mimic.joint]
-        torque = float(scale * (moving.sum() + rest.sum()))
+        torque = float(scale * (moving.sum() + resting.sum()))
         if linkage.joints[mimic.joint].kind == "revolute":
             gears += gear_mass(torque, mimic.ratio)
     return chain.frame.length * float(forces.max(initial=0.0)), gears

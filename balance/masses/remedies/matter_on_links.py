@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from balance.masses.counterweights.write_counterweights import with_counterweights
-from balance.masses.partial.budgets import partial
+from balance.masses.partial_balance.budgets import partial
 from balance.masses.remedies.applied import AppliedRemedy, describe_residual, refused, with_cost
 from balance.masses.remedies.balancers.on_base import (
     ForceBalanced,

@@ -12,7 +12,7 @@ import numpy as np
 from balance.masses.counterweights.link_regions import ALL, regions_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
-from balance.masses.partial.motion_loads import input_inertia
+from balance.masses.partial_balance.motion_loads import input_inertia
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify

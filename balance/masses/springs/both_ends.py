@@ -140,12 +140,12 @@ def _shares(
     """
     largest, at, read = float(np.abs(y).max(initial=0.0)), 0, []
     for spring, reduced, share in zip(springs, few, shares, strict=True):
-        k, rest = y[at], y[at + 1 : at + reduced.columns]
+        k, products = y[at], y[at + 1 : at + reduced.columns]
         at += reduced.columns
         if not spring.paired:
             read.append(share)
         elif k > SPRING_ABSENT * largest:
-            read.append(np.clip(rest / k, -1.0, 1.0))
+            read.append(np.clip(products / k, -1.0, 1.0))
         else:
             read.append(np.zeros(len(spring.ends[1 - end].axes)))
     return read

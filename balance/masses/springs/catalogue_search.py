@@ -141,10 +141,10 @@ def _lower_bounds(problem: SpringProblem, choices: Sequence[Choice]) -> tuple[Ar
     bounds, inside = np.empty(len(choices)), np.ones(len(choices), bool)
     for used, numbers in by_used.items():
         given, limits, free = _given_unknowns(problem, used, [choices[n] for n in numbers])
-        left = rows @ given
+        torques = rows @ given
         Q, R = np.linalg.qr(rows[:, free])
-        moved = Q.T @ left
-        bounds[numbers] = np.linalg.norm(left - Q @ moved, axis=0)
+        moved = Q.T @ torques
+        bounds[numbers] = np.linalg.norm(torques - Q @ moved, axis=0)
         sizes = np.abs(np.diag(R))
         unique = sizes.size == len(free) and sizes.min(initial=1.0) > UNIQUE * sizes.max(
             initial=0.0

@@ -195,14 +195,14 @@ def _read_proof(
     for term in terms:
         k = term.stiffness if term.given else solution[at]
         at += not term.given
-        rest = solution[at : at + len(term.axes)]
+        products = solution[at : at + len(term.axes)]
         at += len(term.axes)
         if not abs(k - term.stiffness) <= term.stiffness * FOUND:
             return "the rational stiffnesses are others than those of floating point"
-        if any(abs(x / k) > FOUND for x in rest):
+        if any(abs(x / k) > FOUND for x in products):
             return "the rational points are others than those of floating point"
         stiffnesses.append(k)
-        shifts.append(tuple(x / k for x in rest))
+        shifts.append(tuple(x / k for x in products))
         points.append(_shifted(term, shifts[-1]))
     return EnergyProof(
         tuple(stiffnesses),

@@ -372,8 +372,8 @@ def _end_points(
     first, second = spring.ends
     count = len(first.axes)
     for pose in problem.workspace[0]:
-        rest = shares[count : count + len(second.axes)]
-        yield point_at(pose, first, shares[:count]), point_at(pose, second, rest)
+        second_shares = shares[count : count + len(second.axes)]
+        yield point_at(pose, first, shares[:count]), point_at(pose, second, second_shares)
 
 
 def _attached_points(

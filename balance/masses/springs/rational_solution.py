@@ -45,9 +45,9 @@ def solve_rational(
     pivots = [(r, order[c]) for r, c in pivots]
     columns = [c for _, c in pivots]
     x = [Fraction(0) if c in set(columns) else value for c, value in enumerate(start)]
-    rest = [value - _times(row, x) for row, value in zip(rows, right_side, strict=True)]
+    residual = [value - _times(row, x) for row, value in zip(rows, right_side, strict=True)]
     few = [[rows[r][c] for c in columns] for r, _ in pivots]
-    values = _solve_square(few, [rest[r] for r, _ in pivots])
+    values = _solve_square(few, [residual[r] for r, _ in pivots])
     if values is None:
         return None
     for c, value in zip(columns, values, strict=True):
@@ -79,12 +79,12 @@ def inconsistency(rows: Sequence[Sequence[Fraction]], right_side: Sequence[Fract
             == 0
         ):
             continue
-        left = (
+        combination = (
             rows[i][c]
             + sum((a * rows[r][c] for a, r in zip(w, used, strict=True)), Fraction(0))
             for c in range(width)
         )
-        if not any(left):
+        if not any(combination):
             return True
     return False
 
@@ -165,6 +165,6 @@ def _solve_square(
                 ]
     x = [Fraction(0)] * n
     for k in range(n - 1, -1, -1):
-        rest = sum((M[k][j] * x[j] for j in range(k + 1, n) if M[k][j]), Fraction(0))
-        x[k] = (M[k][n] - rest) / M[k][k]
+        later_terms = sum((M[k][j] * x[j] for j in range(k + 1, n) if M[k][j]), Fraction(0))
+        x[k] = (M[k][n] - later_terms) / M[k][k]
     return x

@@ -116,8 +116,8 @@ class BaseEquations:
             beta: rates of the freedoms of the base (3 or 6,).
             rates: rates of free coordinates (w,); none if they are prescribed.
         """
-        y, rest = np.zeros(self.drive.free), np.zeros(beta.size + 1)
-        return np.concatenate([_start_pose(self.base), beta, y, rates, rest])
+        y, integrals = np.zeros(self.drive.free), np.zeros(beta.size + 1)
+        return np.concatenate([_start_pose(self.base), beta, y, rates, integrals])
 
     def tolerances(self, relative: float, speed: float, share: float) -> Array:
         """Return absolute tolerances of the state, for a typical speed in chain units.

@@ -105,12 +105,12 @@ class FloatingBaseMotion(WithPage, WithPicture):
     @property
     def rotation(self) -> float:
         """Largest rotation of the base from the start, radians."""
-        return _largest(self.samples.rotation)
+        return _largest_norm(self.samples.rotation)
 
     @property
     def displacement(self) -> float:
         """Largest displacement of its centre of mass from the start, metres."""
-        return _largest(self.samples.displacement)
+        return _largest_norm(self.samples.displacement)
 
     @property
     def rotation_text(self) -> str:
@@ -141,7 +141,7 @@ class FloatingBaseMotion(WithPage, WithPicture):
         It is relative to the peak sum of the momenta of base and bodies.
         """
         total = self.samples.momentum - self.samples.impulse
-        return _ratio(_largest(total - total[0]), self.samples.momentum_size.max())
+        return _ratio(_largest_norm(total - total[0]), self.samples.momentum_size.max())
 
     @property
     def agreed(self) -> bool:
@@ -156,13 +156,13 @@ class FloatingBaseMotion(WithPage, WithPicture):
         body on the base. A base that moves at the start would move on without the inputs: the
         difference from that motion counts.
         """
-        return _ratio(_largest(self.samples.twist - self.held), self.samples.speed.max())
+        return _ratio(_largest_norm(self.samples.twist - self.held), self.samples.speed.max())
 
     @property
     def turning_residual(self) -> float:
         """Largest angular velocity of the base that the inputs cause, relative likewise."""
         turning = (self.samples.twist - self.held)[:, :3]
-        return _ratio(_largest(turning), self.samples.speed.max())
+        return _ratio(_largest_norm(turning), self.samples.speed.max())
 
     @property
     def keeps_attitude(self) -> bool:
@@ -245,8 +245,8 @@ class FloatingBaseMotion(WithPage, WithPicture):
             "peak": {
                 "rotation": self.rotation,
                 "displacement": self.displacement,
-                "turning": _largest(of.turning),
-                "velocity": _largest(of.velocity),
+                "turning": _largest_norm(of.turning),
+                "velocity": _largest_norm(of.velocity),
             },
             "end": {
                 "inputs": dict(zip(self.linkage.inputs, of.u[-1].tolist(), strict=True)),
@@ -268,7 +268,7 @@ def drift_text(size: float) -> str:
     return size_text(size, floor=INTEGRAL_DETERMINED)
 
 
-def _largest(vectors: Array) -> float:
+def _largest_norm(vectors: Array) -> float:
     """Compute the largest norm of vectors (N, k)."""
     return float(np.linalg.norm(vectors, axis=1).max())
 

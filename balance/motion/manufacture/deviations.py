@@ -169,7 +169,11 @@ def deviating_loads(
                 change = to_chain(change[None], chain.frame, False, False)[0]
                 columns.append(si(grown * rate[:, b] @ change))
                 owners.append(at["com", body.name])
-            square = _squares(tolerances.com) * (1.0 + tolerances.mass) * abs(masses[b, 0])
+            square = (
+                _bound_shifted_inertia(tolerances.com)
+                * (1.0 + tolerances.mass)
+                * abs(masses[b, 0])
+            )
             sizes = np.linalg.norm(rate[:, b, :3, 4:], axis=1)
             neglected[:, 0] += sizes @ square
     for j, joint in enumerate(linkage.joints):
@@ -250,7 +254,7 @@ def _displaced(z: Array, d: Array) -> Array:
     return stack_parameters(0.0, m * d, E)
 
 
-def _squares(size: float) -> Array:
+def _bound_shifted_inertia(size: float) -> Array:
     """Bound the entries of ``d·d 1 - d dᵀ`` (6,), per kilogram, for ``|d_i| ≤ size``.
 
     In other axes the length of d is at most ``√3 size``.

@@ -417,8 +417,8 @@ def _least_norm_step(
     J += np.einsum("nrm,nk->nrkm", slopes / size, values)
     J = J.reshape(F.size, -1)
     root = np.sqrt(1.0 / path.weights).repeat(x.shape[1], axis=1).ravel()
-    rest, c = F.ravel(), path.coefficients.ravel()
-    target = -rest + (J @ c if shorten else 0.0)
+    residual, c = F.ravel(), path.coefficients.ravel()
+    target = -residual + (J @ c if shorten else 0.0)
     solution = np.linalg.lstsq(J * root, target, rcond=SINGULAR)[0] * root
     step = solution - (c if shorten else 0.0)
     return np.asarray(step.reshape(path.coefficients.shape))

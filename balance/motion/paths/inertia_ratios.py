@@ -377,8 +377,8 @@ class _PathProblem:
             poses = follow_poses(self.equations.model, x * self.units)
         except PoseError:
             return None
-        left = self._momentum(poses, x, rates, z[: self.count])
-        return float(np.linalg.norm(left, axis=1).max()), z[: self.count], x * self.units
+        momentum = self._momentum(poses, x, rates, z[: self.count])
+        return float(np.linalg.norm(momentum, axis=1).max()), z[: self.count], x * self.units
 
     def _path(self, curves: tuple[Array, Array], z: Array) -> tuple[Array, Array]:
         """Compute coordinates (N, w) and their derivatives for unknowns."""
@@ -399,10 +399,10 @@ class _PathProblem:
                 f"{self.equations.model.linkage.source}: the loops cannot be closed"
             )
         logs = np.clip(z[: self.count], -MOST_LOG, MOST_LOG)
-        left = self._momentum(poses, x, rates, logs)
+        momentum = self._momentum(poses, x, rates, logs)
         line, way = (part[: len(self.units)].T for part in curves)
         aside = np.einsum("pw,pw->p", x - line, way) / (way**2).sum(axis=1)
-        return np.append(left.ravel(), aside)
+        return np.append(momentum.ravel(), aside)
 
     def _momentum(self, poses: SampledPoses, x: Array, rates: Array, logs: Array) -> Array:
         """Compute ``A u'`` over the momenta of the bodies (P, 6); 0 where nothing counts."""
@@ -410,19 +410,19 @@ class _PathProblem:
         length = model.linkage.spatial_chain.frame.length
         units = self.units
         rows = self.equations.at(poses, x * units).rows
-        left = np.zeros((len(x), 6))
-        left[:, : rows.shape[1]] = np.einsum("prw,pw->pr", rows, rates)
+        momentum = np.zeros((len(x), 6))
+        momentum[:, : rows.shape[1]] = np.einsum("prw,pw->pr", rows, rates)
         H, si = model.displacements(poses.q), rates * units
         bodies = np.einsum("pnij,pnjw,pw->pni", poses.inertias, poses.twists, si)
-        own = np.linalg.norm(bodies[..., :3], axis=2) + length * np.linalg.norm(
+        body_sizes = np.linalg.norm(bodies[..., :3], axis=2) + length * np.linalg.norm(
             bodies[..., 3:], axis=2
         )
-        total = own.sum(axis=1)
+        total = body_sizes.sum(axis=1)
         for place, link, inertia in self.links:
             R = H[:, link, :3, :3]
             omega = np.einsum("pjw,pw->pj", poses.twists[:, link, :3], si)
             turning = np.einsum("pij,jk,plk,pl->pi", R, inertia, R, omega)
             extra = np.expm1(logs[place])
-            left[:, :3] += extra * turning
+            momentum[:, :3] += extra * turning
             total = total + max(0.0, extra) * np.linalg.norm(turning, axis=1)
-        return left / total[:, None]
+        return momentum / total[:, None]

@@ -104,14 +104,14 @@ def path_to_pose(
     elif kept == "turned":
         raise UsageError("give the turn of the base")
     demand = Demand(kept, base, about)
-    rest = RestEquations(linkage, demand)
+    rest_equations = RestEquations(linkage, demand)
     first = read_pose(linkage, {} if start is None else start, np.zeros(linkage.mobility))
     last = read_pose(linkage, end, first)
     if np.array_equal(first, last) and rotation is None:
         raise PoseError(f"{linkage.source}: the two poses are one: nothing moves")
-    here = start_pose(rest, first)
+    here = start_pose(rest_equations, first)
     equations = ConnectionEquations.of(linkage, demand)
-    generic, poses = generic_dimension(rest, here)
+    generic, poses = generic_dimension(rest_equations, here)
     turns = np.zeros(0) if rotation is None else rotation
     x = np.append(first, np.zeros(len(turns))) / equations.units
     way = np.append(last, turns) / equations.units - x
@@ -119,22 +119,24 @@ def path_to_pose(
     reason = FULL_RANK if generic == 0 else _centre_apart(equations, first, last)
     if not reason:
         alone = generic == 1 and rotation is None
-        paths = path_through_meetings(rest, here, last) if alone else ()
+        paths = path_through_meetings(rest_equations, here, last) if alone else ()
         if not paths:
-            paths, reason = _connected(rest, equations, x, way, 1 if alone else STARTS)
+            paths, reason = _connected(
+                rest_equations, equations, x, way, 1 if alone else STARTS
+            )
     target = PathTarget(
         freeze(last),
         None if rotation is None else freeze(rotation @ equations.axes),
         "" if paths else reason,
     )
-    tangents = tangent_directions(rest, here, generic)
+    tangents = tangent_directions(rest_equations, here, generic)
     return ReactionlessPaths(
         linkage,
         demand,
         None,
         generic,
         poses,
-        (record_pose(rest, here, tangents, 0.0),),
+        (record_pose(rest_equations, here, tangents, 0.0),),
         (),
         paths,
         linkage.notices,

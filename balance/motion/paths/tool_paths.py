@@ -97,7 +97,7 @@ def tool_paths(
     tool = ToolPoint.of(linkage, link, point)
     model = SampledLinkage.of(linkage, np.zeros(3))
     ways = tuple(freeze(_positions(model, tool, path.q)) for path in paths)
-    field = _field(linkage, components or "both", poses) if poses else None
+    field = _momentum_grid(linkage, components or "both", poses) if poses else None
     seen = np.empty((0, 3))
     if field is not None:
         seen = _positions(model, tool, field.positions[field.reached])
@@ -113,7 +113,7 @@ def _positions(model: SampledLinkage, tool: ToolPoint, q: Array) -> Array:
     return np.asarray(H[:, :3, :3] @ tool.at + H[:, :3, 3])
 
 
-def _field(linkage: Linkage, components: Components, poses: int) -> MomentumMap | None:
+def _momentum_grid(linkage: Linkage, components: Components, poses: int) -> MomentumMap | None:
     """Compute poses on a grid of all inputs; None if none of them is reached."""
     names, length = linkage.inputs, linkage.spatial_chain.frame.length
     places = linkage.positions_of(names)

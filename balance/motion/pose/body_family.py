@@ -223,7 +223,7 @@ def _turning(t: Array, h: Array) -> tuple[object, ...]:
     least = square / moment if moment > 0.0 else np.inf
     E = np.outer(n, e) + np.outer(e, n) - (n @ e) * np.outer(n, n)
     z = stack_parameters(mass or 0.0, -np.cross(n, p) / rate, E)
-    a, b = _across(n)
+    a, b = _directions_across(n)
     changes = [stack_parameters(0.0, n, np.zeros((3, 3)))]
     changes += [
         stack_parameters(0.0, np.zeros(3), 0.5 * (np.outer(x, y) + np.outer(y, x)))
@@ -321,7 +321,7 @@ def _round_tensor(n: Array, g: Array) -> Array:
     return np.asarray(np.trace(second) * np.eye(3) - second)
 
 
-def _across(n: Array) -> tuple[Array, Array]:
+def _directions_across(n: Array) -> tuple[Array, Array]:
     """Compute two unit vectors perpendicular to n and to each other."""
     a = np.cross(n, np.eye(3)[first_least(np.abs(n), 1.0)])
     a /= np.linalg.norm(a)

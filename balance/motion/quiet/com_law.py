@@ -92,10 +92,10 @@ def fit_to_law(
         by_u = model.momenta(poses)[:, 3:] / (model.mass or 1.0)
         width = by_u.shape[2]
         J = np.einsum("niw,nf->niwf", by_u, basis).reshape(-1, width * free)
-        rest = (law - model.com(poses)).ravel()
+        residual = (law - model.com(poses)).ravel()
         damping = INPUT_WEIGHT * size * np.eye(width * free)
         rows = np.concatenate([J, damping])
-        step = np.linalg.lstsq(rows, np.append(rest, np.zeros(width * free)), rcond=None)[0]
+        step = np.linalg.lstsq(rows, np.append(residual, np.zeros(width * free)), rcond=None)[0]
         step = step.reshape(width, free).T
         step *= min(1.0, 1.0 / (np.abs(step).max() or 1.0))
         poses_there = model.near(poses, space.path(y + step).at(time)[0])

@@ -82,8 +82,8 @@ class MotionSpace:
     def fit(self, path: InputPath) -> Array:
         """Compute the y of the motion of the space that is nearest to another one."""
         time = self.times(FITTED)
-        rest = path.at(time)[0] - self.functions(time, 0) @ self.fixed
-        return np.asarray(np.linalg.lstsq(self.basis(time, 0), rest, rcond=None)[0])
+        difference = path.at(time)[0] - self.functions(time, 0) @ self.fixed
+        return np.asarray(np.linalg.lstsq(self.basis(time, 0), difference, rcond=None)[0])
 
 
 def rest_space(

@@ -177,9 +177,9 @@ def least_acceleration(space: MotionSpace, inputs: int) -> Array:
     """Compute the coefficients (free, inputs) of the motion of least mean acceleration."""
     time = space.times(4)
     weights = np.sqrt(time_weights(time))[:, None]
-    rest = space.functions(time, 2) @ space.fixed
+    fixed_part = space.functions(time, 2) @ space.fixed
     rows = weights * space.basis(time, 2)
-    y = np.linalg.lstsq(rows, -weights * rest, rcond=None)[0]
+    y = np.linalg.lstsq(rows, -weights * fixed_part, rcond=None)[0]
     return np.asarray(y.reshape(-1, inputs), np.float64)
 
 

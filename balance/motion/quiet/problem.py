@@ -106,10 +106,10 @@ def end_poses(linkage: Linkage, start: PoseLike, end: PoseLike) -> tuple[Array, 
     return first, last
 
 
-def read_pose(linkage: Linkage, given: PoseLike, rest: Array) -> Array:
+def read_pose(linkage: Linkage, given: PoseLike, defaults: Array) -> Array:
     """Read displacements of the inputs; those that are not named are those of another pose."""
     if isinstance(given, Mapping):
-        given = values_by_input(linkage, given, rest.tolist())
+        given = values_by_input(linkage, given, defaults.tolist())
     values = np.asarray(given, dtype=np.float64)
     if values.shape != (linkage.mobility,) or not (np.abs(values) <= MOST).all():
         raise PoseError(

@@ -15,7 +15,11 @@ from balance.motion.motion_tolerances import (
 from balance.motion.quiet.limits import InputLimits, LimitExceeded
 from balance.motion.quiet.objective import QuietObjective, overall
 from balance.motion.verification.given_motions import table_of_motion
-from balance.motion.verification.input_paths import InputPath
+from balance.motion.verification.input_paths import (
+    InputPath,
+    input_path_data,
+    sample_input_path,
+)
 from balance.motion.verification.shaking_wrench import move_wrenches
 from balance.motion.verification.trajectory import Trajectory, drive
 from balance.support.options import GRAVITY
@@ -274,14 +278,13 @@ class QuietMotion(WithPage, WithPicture):
             return size_text(size, ".4g", self.inertia_force, SHAKING_RELATIVE)
         return number_text(size)
 
-    def samples(self, count: int) -> tuple[Array, Array, Array, Array]:
+    def samples(self, count: int) -> tuple[Array, ...]:
         """Compute time, inputs, velocities and accelerations at even times.
 
         Args:
             count: number of samples.
         """
-        time = np.linspace(0.0, self.duration, count)
-        return time, *self.path.at(time)
+        return sample_input_path(self.path, self.duration, count)
 
     def trajectory(self, count: int = 201) -> Trajectory:
         """Compute the motion of all joints.
@@ -302,7 +305,6 @@ class QuietMotion(WithPage, WithPicture):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; see ``balance/app/schemas/quiet.schema.json``."""
-        time, u, ud, udd = self.samples(101)
         return {
             "schema": SCHEMA,
             "model": self.linkage.name,
@@ -337,12 +339,7 @@ class QuietMotion(WithPage, WithPicture):
             "exceeded": None if self.exceeded is None else self.exceeded._asdict(),
             "shortest": self.shortest,
             "front": [{"duration": at, "value": value} for at, value in self.front],
-            "motion": {
-                "time": time.tolist(),
-                "position": u.tolist(),
-                "velocity": ud.tolist(),
-                "acceleration": udd.tolist(),
-            },
+            "motion": input_path_data(*self.samples(101)),
             "warnings": [notice._asdict() for notice in self.notices],
         }
 

@@ -258,8 +258,10 @@ class SampledLinkage:
         values = self.loads(poses, rates, np.concatenate([changes, unit], axis=2))
         now, up, down = values[..., 0], values[..., 1 : width + 1], values[..., width + 1 :]
         by_ud = (up - down[..., :width]) / (2.0 * units)
-        rest = self.loads(poses, np.zeros((samples, width, 1)), np.zeros((samples, width, 1)))
-        by_udd = down[..., width:] - rest
+        loads_at_rest = self.loads(
+            poses, np.zeros((samples, width, 1)), np.zeros((samples, width, 1))
+        )
+        by_udd = down[..., width:] - loads_at_rest
         by_u = self._by_positions(poses, u, ud, udd)
         if by_u is None:
             return None

@@ -153,11 +153,11 @@ def inputs_of_tool(
     for share in np.linspace(0.0, 1.0, LINE_STEPS + 1)[1:]:
         for _ in range(NEWTON_STEPS):
             off, J = (part[0] for part in pose.miss(model, now))
-            rest = off - (1.0 - share) * first
-            if np.abs(rest).max() <= REACHED:
+            residual = off - (1.0 - share) * first
+            if np.abs(residual).max() <= REACHED:
                 break
             sizes = np.linalg.svd(J * units, compute_uv=False)
-            step = -np.linalg.pinv(J * units, rcond=SINGULAR) @ rest
+            step = -np.linalg.pinv(J * units, rcond=SINGULAR) @ residual
             beside = None
             if sizes.min() > SINGULAR * sizes.max() and np.abs(step).max() <= LONGEST:
                 beside = model.near(now, (now.q[0, inputs] + units * step)[None])

@@ -26,6 +26,29 @@ class InputPath(Protocol):
         ...
 
 
+def sample_input_path(path: InputPath, duration: float, count: int) -> tuple[Array, ...]:
+    """Compute time (N,), displacements, velocities and accelerations (N, inputs) of a path.
+
+    Args:
+        duration: seconds.
+        count: N, the number of samples at even times.
+    """
+    time = np.linspace(0.0, duration, count)
+    return time, *path.at(time)
+
+
+def input_path_data(
+    time: Array, position: Array, velocity: Array, acceleration: Array
+) -> dict[str, object]:
+    """Return samples of a path as plain data for JSON."""
+    return {
+        "time": time.tolist(),
+        "position": position.tolist(),
+        "velocity": velocity.tolist(),
+        "acceleration": acceleration.tolist(),
+    }
+
+
 @dataclass(frozen=True, eq=False)
 class SinePath:
     """Sums of sines of one period, ``Σ_k a_k (sin(k ω t + φ_k) - sin φ_k)``.

@@ -55,7 +55,7 @@ def load_errors(
         raise ValueError("the inputs of this motion are exact")
     units = chain.units[linkage.positions_of(linkage.inputs)]
     q, ud, udd = motion_in_chain(linkage, chain, trajectory)
-    rest, frame = np.zeros_like(ud), chain.frame
+    no_rates, frame = np.zeros_like(ud), chain.frame
     point = frame.origin if about is None else about
 
     def loads(q: Array, ud: Array, udd: Array) -> Array:
@@ -65,12 +65,12 @@ def load_errors(
     totals = np.zeros((2, len(q)))
     rates = joint_rates(chain, q)
     for w, unit in enumerate(units):
-        direction = rest + np.eye(units.size)[w]
+        direction = no_rates + np.eye(units.size)[w]
         step = DISPLACEMENT_STEP * rates[:, :, w]
         derivatives = (
             (loads(q + step, ud, udd) - loads(q - step, ud, udd)) / (2.0 * DISPLACEMENT_STEP),
-            0.5 * (loads(q, ud + direction, rest) - loads(q, ud - direction, rest)),
-            loads(q, rest, direction),
+            0.5 * (loads(q, ud + direction, no_rates) - loads(q, ud - direction, no_rates)),
+            loads(q, no_rates, direction),
         )
         bounds = (errors.u, errors.ud, errors.udd)
         for derivative, bound in zip(derivatives, bounds, strict=True):

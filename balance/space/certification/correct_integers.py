@@ -16,7 +16,7 @@ import numpy as np
 
 from balance.space.conditions.collect import (
     CollectedConditions,
-    add_poses,
+    add_pose_conditions,
     collect_conditions,
     relative_tolerance,
 )
@@ -158,7 +158,7 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
     if space.poses:
         return space
     force, conditions = space.balance == "force", space.decision.conditions
-    more, poses, settled = add_poses(space.chain, force, conditions)
+    more, poses, settled = add_pose_conditions(space.chain, force, conditions)
     if more.rank == conditions.rank:
         return space
     gathered = CollectedConditions(more, (), poses, settled)
@@ -187,7 +187,7 @@ def _collect_as_many(
         if space.highest_order is not None:
             gathered = collect_conditions(chain, solutions, force, limit, space.highest_order)
         else:
-            conditions, poses, settled = add_poses(chain, force, conditions, rank)
+            conditions, poses, settled = add_pose_conditions(chain, force, conditions, rank)
             gathered = CollectedConditions(conditions, (), gathered.poses + poses, settled)
     conditions = gathered.conditions.first(rank)
     reached = conditions.rank == rank and exact.settled

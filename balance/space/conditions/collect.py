@@ -101,7 +101,7 @@ def collect_conditions(
     poses = 0
     if max_order is None and not conditions.complete:
         if not orders_suffice(settled, radius, conditions.pivots):
-            conditions, poses, settled = add_poses(chain, force, conditions)
+            conditions, poses, settled = add_pose_conditions(chain, force, conditions)
     return CollectedConditions(conditions, tuple(ranks), poses, settled)
 
 
@@ -199,11 +199,11 @@ def ray_count(chain: Chain, unknowns: int, force: bool) -> int:
     return min(comb(chain.width + 1, 2), 1 - (-unknowns // rows))
 
 
-def add_poses(
+def add_pose_conditions(
     chain: Chain,
     force: bool,
     conditions: Conditions,
-    least: int = 0,
+    least_rank: int = 0,
     select: Array | None = None,
 ) -> tuple[Conditions, int, bool]:
     """Add the conditions at finite poses, twice as many each time, until a batch adds none.
@@ -238,17 +238,17 @@ def add_poses(
         block = np.concatenate([block / size for block, size in zip(rows, sizes, strict=True)])
         conditions = conditions.append(block)
         # After full rank, one more batch improves the conditioning.
-        stays = conditions.rank == before and conditions.rank >= least
+        stays = conditions.rank == before and conditions.rank >= least_rank
         if settled or (stays and batch > FRESH_POSE_STEPS and not conditions.ill_conditioned):
             return conditions, used, True
         settled = conditions.complete
         batch *= 2
-    stays = conditions.rank == before and conditions.rank >= least
+    stays = conditions.rank == before and conditions.rank >= least_rank
     return conditions, used, settled or (stays and not conditions.ill_conditioned)
 
 
 def selected_rows_at(chain: Chain, pose: Pose, force: bool, select: Array | None) -> Array:
-    """Compute the conditions at a finite pose; see `add_poses`."""
+    """Compute the conditions at a finite pose; see `add_pose_conditions`."""
     rows = rows_at(chain, pose, force)
     if select is None:
         return rows

@@ -94,17 +94,19 @@ class ExactConditions:
             if self._echelon.rank == self._most:
                 break
             rank, momenta = self._echelon.rank, self._momenta[ray]
-            self._absorb(order, ray, [row for k, r, row, _ in likely if (k, r) == (order, ray)])
+            self._add_conditions(
+                order, ray, [row for k, r, row, _ in likely if (k, r) == (order, ray)]
+            )
             # A few combinations of the rows show whether others add more.
             if not self._echelon.implies(momenta.samples(order)):
-                self._absorb(order, ray, None)
+                self._add_conditions(order, ray, None)
             if self._echelon.rank == rank:
                 break
             if ray + 1 >= spanning or self._echelon.rank == self._size:
                 break
         self.ranks.append(self._echelon.rank)
 
-    def _absorb(self, order: int, ray: int, chosen: list[int] | None) -> None:
+    def _add_conditions(self, order: int, ray: int, chosen: list[int] | None) -> None:
         """Add the conditions of an order along a ray; ``chosen`` rows of them, None for all."""
         if chosen == []:
             return

@@ -294,8 +294,8 @@ class Momenta:
         self.twists.extend()
         T, V = self.twists.T[chain.links], self.twists.V[chain.links]
         M = product(T.reshape(-1, 6), chain.momentum, p).reshape(bodies, -1, 10)
-        for series, left in ((self._products, M), (self._samples, self._sample(M))):
-            series.append_left(left)
+        for series, coefficients in ((self._products, M), (self._samples, self._sample(M))):
+            series.append_left(coefficients)
             series.append_right(Z)
         self._carried_parameters.append_left((V @ _RATE % p).reshape(bodies, 10, 10))
         self._carried_parameters.append_right(Z)

@@ -128,7 +128,9 @@ def formulas(
     space = design_space(linkage, motion, balance=balance)
     problem = problem_of(space, balance == "force")
     deadline = None if seconds is None else monotonic() + seconds
-    given = problem.given() + problem.parse([where] if isinstance(where, str) else where)
+    given = problem.given_relations() + problem.parse(
+        [where] if isinstance(where, str) else where
+    )
     try:
         answer = _derived(problem, space, _fewest_relations, given, solve, deadline)
     except SeveralMotionsError:

@@ -69,7 +69,7 @@ class ModularAssembly:
                 else:
                     self._place_dyad(step)
             slides = tuple(
-                self._slide(joint) if joint.slides else self._check_centre(k)
+                self._slide_position(joint) if joint.slides else self._check_centre(k)
                 for k, joint in enumerate(self.linkage.joints)
             )
         except ValueError:  # a remainder without an inverse
@@ -237,7 +237,7 @@ class ModularAssembly:
             raise UnclosedError
         return 0
 
-    def _slide(self, joint: PartJoint) -> int:
+    def _slide_position(self, joint: PartJoint) -> int:
         """Compute the position of a prismatic joint; check that its parts are on its line."""
         first, second = joint.parts
         before = self.E[second]

@@ -83,7 +83,7 @@ class Problem(ABC):
         """Count only motions in which links turn alike as in the file; tell whether it can."""
         return False
 
-    def given(self) -> list[DimensionRelation]:
+    def given_relations(self) -> list[DimensionRelation]:
         """Find relations without which the linkage does not move."""
         return []
 
@@ -164,7 +164,7 @@ class SpatialProblem(Problem):
     def _bennett(self) -> tuple[BennettLoop, list[DimensionRelation]] | None:
         return bennett_loop(self.parts)
 
-    def given(self) -> list[DimensionRelation]:
+    def given_relations(self) -> list[DimensionRelation]:
         """Find the equalities of a Bennett linkage."""
         return [] if self._bennett is None else self._bennett[1]
 

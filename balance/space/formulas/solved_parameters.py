@@ -51,8 +51,8 @@ def choose_solved(
         if name not in by_name:
             raise ExactError(f"no parameter '{name}': there are {', '.join(by_name)}")
     asked = [by_name[name] for name in names]
-    rest = [i for i in range(len(parameters)) if i not in asked]
-    first = samples.pivots_for([*asked, *rest])
+    others = [i for i in range(len(parameters)) if i not in asked]
+    first = samples.pivots_for([*asked, *others])
     if missing := [parameters[i].name for i in asked if i not in first]:
         raise ExactError(f"the conditions cannot be solved for {', '.join(missing)} as well")
     if asked:

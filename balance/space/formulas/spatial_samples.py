@@ -232,10 +232,10 @@ def _annihilated(
         q: the modulus.
     """
     for momentum in momenta:
-        rest = list(momentum)
+        residual = list(momentum)
         for row, column in zip(rows, solved, strict=True):
             if factor := momentum[column]:
-                rest = [(x - factor * y) % q for x, y in zip(rest, row, strict=True)]
-        if any(rest):
+                residual = [(x - factor * y) % q for x, y in zip(residual, row, strict=True)]
+        if any(residual):
             return False
     return True

@@ -197,11 +197,11 @@ def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -
         )
     mass = float(z[0])
     moved = z[1 : 1 + r.size] - mass * r
-    rest = z - _mass_and_displacement(mass, moved, r)
+    remainder = z - _mass_and_displacement(mass, moved, r)
     if r.size == 2:
-        return Multipole(mass, moved, rest[3:], r, np.empty((0, 2)))
+        return Multipole(mass, moved, remainder[3:], r, np.empty((0, 2)))
     b = _check_directions(directions)
-    second = pseudo_inertia(rest)[:3, :3][_UPPER]
+    second = pseudo_inertia(remainder)[:3, :3][_UPPER]
     rods: Array = np.linalg.solve(_dyads(b).T, second).astype(np.float64)
     return Multipole(mass, moved, rods, r, b)
 

@@ -368,9 +368,10 @@ class SparseSearch(NamedTuple):
                 vectors.append(x)
         while len(vectors) < count:
             span = _span(self.shadow @ np.array(vectors).T) if vectors else np.empty((count, 0))
-            rest = np.linalg.qr(span, "complete")[0][:, span.shape[1] :]
-            residual = rest.T @ self.shadow
-            w = rest @ residual[:, first_largest(np.linalg.norm(residual, axis=0) / self.cost)]
+            outside = np.linalg.qr(span, "complete")[0][:, span.shape[1] :]
+            residual = outside.T @ self.shadow
+            gains = np.linalg.norm(residual, axis=0) / self.cost
+            w = outside @ residual[:, first_largest(gains)]
             w /= np.linalg.norm(w)
             few = self.sparse(w)
             if few is None or not self._new(vectors, few):

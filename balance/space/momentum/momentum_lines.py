@@ -157,8 +157,8 @@ def _lines_of_wrenches(linkage: Linkage, wrenches: Array) -> tuple[ScrewLine, ..
     sizes = np.linalg.norm(wrenches, axis=1)
     resting = sizes <= BODY_AT_REST * sizes.max(initial=0.0)
     lines = []
-    for body, wrench, rest in zip(linkage.bodies, wrenches, resting, strict=True):
-        axis = wrench_axis(np.zeros(6) if rest else wrench, BODY_AT_REST)
+    for body, wrench, at_rest in zip(linkage.bodies, wrenches, resting, strict=True):
+        axis = wrench_axis(np.zeros(6) if at_rest else wrench, BODY_AT_REST)
         lines.append(
             ScrewLine(body.name, axis.point, axis.direction, axis.pitch, axis.magnitude)
         )

@@ -12,7 +12,7 @@ import numpy as np
 
 from balance.space.certification.certify_space import certify
 from balance.space.conditions.collect import (
-    add_poses,
+    add_pose_conditions,
     collect_conditions,
     relative_tolerance,
     selected_rows_at,
@@ -266,7 +266,7 @@ def _partial_conditions(
         ]
         if near and all(conditions.contains(rows) for rows in near):
             return conditions, 0, True
-    return add_poses(chain, masses, conditions, select=select)
+    return add_pose_conditions(chain, masses, conditions, select=select)
 
 
 def _orders_about(

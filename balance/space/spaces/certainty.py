@@ -64,6 +64,8 @@ class Certainty(NamedTuple):
 
     def to_dict(self) -> dict[str, object]:
         """Convert to the entry ``evidence`` of the report: all but level, proof and orders."""
-        rest = {"level", "proof", "orders"}
-        entries = {name: value for name, value in self._asdict().items() if name not in rest}
+        left_out = {"level", "proof", "orders"}
+        entries = {
+            name: value for name, value in self._asdict().items() if name not in left_out
+        }
         return entries | {"doubts": list(self.doubts)}

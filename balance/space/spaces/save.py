@@ -131,7 +131,7 @@ def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
         4
     """
     try:
-        header, arrays = _read(path)
+        header, arrays = _read_archive(path)
         record = _build_record(header, arrays) if header["format"] == FORMAT else None
     except OSError as error:
         problem = f"cannot be read ({error.strerror or type(error).__name__})"
@@ -191,7 +191,7 @@ def _header(record: SpaceRecord) -> dict[str, object]:
     }
 
 
-def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Array]]:
+def _read_archive(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Array]]:
     """Read header and arrays of a file, without checks of their contents."""
     with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
         if sum(member.file_size for member in archive.zip.infolist()) > LARGEST_FILE:

@@ -57,8 +57,8 @@ def condition_of(
         """Place joints in the frame of the part that carries all of them."""
         indices = [number[chr(65 + j)] for j in joints]
         part = next(each for each in linkage.parts if all(k in each.points for k in indices))
-        found = [part.points[k] for k in indices]
-        return [(0, 0) if k is None else values[k] for k in found]
+        positions = [part.points[k] for k in indices]
+        return [(0, 0) if k is None else values[k] for k in positions]
 
     def square(joints: Sequence[int], values: Sequence[Pair]) -> int:
         (a, b), (c, d) = places(joints, values)
@@ -92,8 +92,8 @@ def condition_of(
         (ab, bc, cd, da), (ef, fg, gh, he) = loop(left[0], values), loop(right[0], values)
         if quantities[relation.left_side[0]].kind == "slope":
             return (ab * da * fg * gh - ef * he * bc * cd) % p
-        one, other = bc + cd - ab - da, fg + gh - ef - he
-        return (one**2 * fg * gh - other**2 * bc * cd) % p
+        first_excess, second_excess = bc + cd - ab - da, fg + gh - ef - he
+        return (first_excess**2 * fg * gh - second_excess**2 * bc * cd) % p
 
     if relation.kind in ("sum", "supplement"):
         raise ExactError(f"relations of the kind '{relation.kind}' are no polynomials")

@@ -11,7 +11,7 @@ import numpy as np
 
 from balance.masses.counterweights.counterweights import counterweights
 from balance.masses.counterweights.counterweights_result import Counterweights
-from balance.masses.partial.partial_balance import PartialBalance
+from balance.masses.partial_balance.partial_balance import PartialBalance
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.studies.sweeps.closing import ClosedGeometries

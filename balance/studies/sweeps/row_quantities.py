@@ -19,8 +19,8 @@ from balance.masses.designs.best_design import design, maximise_margin
 from balance.masses.designs.constraints import constraints_of
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.mass_regions import BALL_RADIUS
-from balance.masses.partial.motion_loads import input_inertia
-from balance.masses.partial.partial_balance import PartialBalance
+from balance.masses.partial_balance.motion_loads import input_inertia
+from balance.masses.partial_balance.partial_balance import PartialBalance
 from balance.motion.verification.input_paths import SteadyPath
 from balance.motion.verification.shaking_wrench import shaking_along
 from balance.motion.verification.trajectory import Trajectory, drive
@@ -129,8 +129,8 @@ def orders(geometry: SweptGeometry, options: Options) -> tuple[int, ...]:
     """Compute the rank up to each order; it stays once it is that of the space."""
     space, count = geometry.space, options.get("count", ORDERS)
     ranks = [order.rank for order in space.orders][:count]
-    rest = space.rank if ranks and ranks[-1] == space.rank else -1
-    return (*ranks, *[rest] * (count - len(ranks)))
+    last_rank = space.rank if ranks and ranks[-1] == space.rank else -1
+    return (*ranks, *[last_rank] * (count - len(ranks)))
 
 
 def _check_orders(linkage: Linkage, options: Options) -> None:

@@ -11,10 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from balance.masses.partial.added_weights import check_budget
-from balance.masses.partial.budgets import partial
-from balance.masses.partial.partial_balance import PartialBalance
-from balance.masses.partial.shaking_problem import SAMPLES, ShakingOptions, build_problem
+from balance.masses.partial_balance.added_weights import check_budget
+from balance.masses.partial_balance.budgets import partial
+from balance.masses.partial_balance.partial_balance import PartialBalance
+from balance.masses.partial_balance.shaking_problem import (
+    SAMPLES,
+    ShakingOptions,
+    build_problem,
+)
 from balance.motion.verification.crank_revolution import STEPS
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.spaces.compute_space import design_space

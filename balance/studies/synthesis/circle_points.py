@@ -206,8 +206,8 @@ def _settle(positions: Sequence[Position], cranks: Cranks) -> Cranks:
     shifts = np.array([0.0, *(step.shift for step in steps)])
     kept = np.isfinite(G) & np.isfinite(W)
     for k in np.flatnonzero(kept):
-        G[k], W[k], left = _newton(turns, shifts, complex(G[k]), complex(W[k]))
-        kept[k] = left <= LEFT * (size + abs(W[k] - G[k]))
+        G[k], W[k], error = _newton(turns, shifts, complex(G[k]), complex(W[k]))
+        kept[k] = error <= LEFT * (size + abs(W[k] - G[k]))
     return Cranks(G[kept], W[kept])
 
 

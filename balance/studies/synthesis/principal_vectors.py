@@ -188,7 +188,7 @@ class _Plan:
         self.b = np.round(np.append(0.0, P[1:] - J), DECIMALS)
         self.bodies = [_Body(f"element{i + 1}", i, i, i) for i in range(n)]
         for i, k in combinations(range(n), 2):
-            self.bodies += [_Body(_rod(i, k, side), side, i, k) for side in (i, k)]
+            self.bodies += [_Body(_rod_name(i, k, side), side, i, k) for side in (i, k)]
         rods = [vectors.rod_mass] * (len(self.bodies) - n)
         self.masses = np.array([*vectors.element_masses, *rods])
 
@@ -269,9 +269,9 @@ class _Plan:
             parent, at = "base", self.vectors.pivot
             i, k = body.first, body.last
             if k < n - 1:
-                parent, at = _rod(i, k + 1, k + 1), -self.b[k + 1]
+                parent, at = _rod_name(i, k + 1, k + 1), -self.b[k + 1]
             elif i > 0:
-                parent, at = _rod(i - 1, k, i - 1), -self.a[i - 1]
+                parent, at = _rod_name(i - 1, k, i - 1), -self.a[i - 1]
             joint_name, mimic, is_input = f"at_{body.name}", None, False
             if k == n - 1 and i < k and (i == 0 or body.turns_with == i):
                 joint_name = f"turn{body.turns_with + 1}"
@@ -300,7 +300,7 @@ class _Plan:
         sides = []
         for i, k in combinations(range(self.n), 2):
             if k < self.n - 1:
-                down, across = _rod(i, k, i), _rod(i + 1, k + 1, k + 1)
+                down, across = _rod_name(i, k, i), _rod_name(i + 1, k + 1, k + 1)
                 sides.append((down, -self.a[i], across, -self.b[k + 1]))
         for i in range(self.n - 1):
             ends = f"element{i + 1}", -self.a[i], f"element{i + 2}", -self.b[i + 1]
@@ -433,7 +433,7 @@ def principal_points(
     return tuple(points)
 
 
-def _rod(first: int, last: int, side: int) -> str:
+def _rod_name(first: int, last: int, side: int) -> str:
     """Name the rod below the node of a range of elements that is parallel to one of them."""
     return f"rod{first + 1}_{last + 1}_{side + 1}"
 

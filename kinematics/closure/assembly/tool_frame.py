@@ -170,10 +170,10 @@ def _choose_held_directions(
     free = [k for k in range(6) if np.abs(rates[k]).max(initial=0.0) > REMAINING_FREEDOM * size]
     held = []
     for k in (*named, *(k for k in range(6) if k not in named)):
-        rest = project_out(rates[k], basis.T)
-        rest_size = float(np.linalg.norm(rest))
-        if rest_size > REMAINING_FREEDOM * size:
-            basis = np.vstack([basis, rest / rest_size])
+        residual = project_out(rates[k], basis.T)
+        residual_size = float(np.linalg.norm(residual))
+        if residual_size > REMAINING_FREEDOM * size:
+            basis = np.vstack([basis, residual / residual_size])
             if k not in named:
                 held.append(k)
         elif k in named:

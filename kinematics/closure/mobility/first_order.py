@@ -90,11 +90,11 @@ def first_order_mobility_of(chain: Chain, q: Array) -> int:
 
 def independent_rows(free: Array) -> IntArray:
     """Choose joints whose rates determine the others', well conditioned; ``free`` is (n, f)."""
-    rest, chosen = free.copy(), []
+    projected, chosen = free.copy(), []
     for _ in range(free.shape[1]):
-        sizes = np.linalg.norm(rest, axis=1)
+        sizes = np.linalg.norm(projected, axis=1)
         chosen.append(first_largest(sizes))
-        rest = project_out(rest.T, rest[chosen[-1]] / sizes[chosen[-1]]).T
+        projected = project_out(projected.T, projected[chosen[-1]] / sizes[chosen[-1]]).T
     return np.sort(np.array(chosen))
 
 

@@ -30,22 +30,22 @@ def choose_coordinates(
     """
     mobility = velocities.shape[1]
     all_names = names_of(draft.joints)
-    rest = velocities.copy()
+    projected = velocities.copy()
     chosen: list[int] = []
     for name in _expand_names(wanted, draft.joints):
         if name not in all_names or all_names.index(name) in chosen:
             problem = "named twice" if name in all_names else "no such joint"
             raise CoordinateError(draft.source, [name], problem, all_names)
         j = all_names.index(name)
-        if problem := _input_problem(j, velocities, rest, [all_names[i] for i in chosen]):
-            can = [all_names[i] for i in _candidate_inputs(draft, rest) or chosen]
+        if problem := _input_problem(j, velocities, projected, [all_names[i] for i in chosen]):
+            can = [all_names[i] for i in _candidate_inputs(draft, projected) or chosen]
             raise CoordinateError(draft.source, [name], problem, can)
-        rest = _project_joint_out(rest, j)
+        projected = _project_joint_out(projected, j)
         chosen.append(j)
     named = len(chosen)
     while len(chosen) < mobility:
-        j = _candidate_inputs(draft, rest)[0]
-        rest = _project_joint_out(rest, j)
+        j = _candidate_inputs(draft, projected)[0]
+        projected = _project_joint_out(projected, j)
         chosen.append(j)
     notices = []
     if named and named < mobility:

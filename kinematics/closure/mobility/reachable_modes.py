@@ -178,11 +178,11 @@ class _ModeCurve(NamedTuple):
         apart = np.linalg.norm(within_turn(q - self.poses, turning), axis=1)
         near = np.flatnonzero(apart <= 2.0 * LONGEST)
         return any(
-            self._leads(chain, k, q, turning)
+            self._leads_to_pose(chain, k, q, turning)
             for k in near[np.argsort(apart[near], kind="stable")][:NEAREST].tolist()
         )
 
-    def _leads(self, chain: Chain, k: int, q: Array, turning: Flags) -> bool:
+    def _leads_to_pose(self, chain: Chain, k: int, q: Array, turning: Flags) -> bool:
         """Decide whether the curve leads from one of its poses to another pose next to it."""
         pose = SheetPose(self.poses[k], self.tangents[k][:, None])
         for _ in range(5):
@@ -205,9 +205,9 @@ def _trace_curve(chain: Chain, start: SheetPose, turning: Flags) -> _ModeCurve:
         start: a regular pose on the curve.
         turning: joints that are in the same place after a full turn (n,).
     """
-    poses, closed, ended = _follow(chain, start, turning)
+    poses, closed, ended = _follow_curve(chain, start, turning)
     if not closed:
-        back, _, both = _follow(chain, start._replace(T=-start.T), turning)
+        back, _, both = _follow_curve(chain, start._replace(T=-start.T), turning)
         ended = ended and both
         poses = [pose._replace(T=-pose.T) for pose in back[:0:-1]] + poses
     values = np.array([conditioning(chain, pose.q, 1) for pose in poses])
@@ -220,7 +220,7 @@ def _trace_curve(chain: Chain, start: SheetPose, turning: Flags) -> _ModeCurve:
     )
 
 
-def _follow(
+def _follow_curve(
     chain: Chain, start: SheetPose, turning: Flags
 ) -> tuple[list[SheetPose], bool, bool]:
     """Follow a curve in one sense.

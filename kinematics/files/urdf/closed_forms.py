@@ -254,10 +254,10 @@ class _Reader:
         if abs(scaled) > 40 * UNITS:
             return None
         for d, products in self._steps.items():
-            rest = float(scaled) - products
-            close = np.flatnonzero(np.abs(rest - np.rint(rest)) <= 1e-10)
+            difference = float(scaled) - products
+            close = np.flatnonzero(np.abs(difference - np.rint(difference)) <= 1e-10)
             for k in close.tolist():
-                a, b = round(rest[k]), k - UNITS * 10
+                a, b = round(difference[k]), k - UNITS * 10
                 near = (a + b * _approximate_root(d)) * self._unit / 2
                 if a and b and abs(near - word.value) <= word.error:
                     half = self._unit / 2
@@ -289,11 +289,11 @@ class _Reader:
         """
         done: list[NumberVector] = []
         for vector in vectors:
-            rest = [
+            unread = [
                 word for word in vector.words if word is not None and word.key not in numbers
             ]
-            if rest and (copy := _find_source(vector, done)) is not None:
-                for word in rest:
+            if unread and (copy := _find_source(vector, done)) is not None:
+                for word in unread:
                     yield word.key, _Copy(*copy, word.key[1])
             else:
                 done.append(vector)

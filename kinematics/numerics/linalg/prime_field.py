@@ -157,15 +157,15 @@ def _value(a: Row, x: int, p: int) -> int:
 
 def _divide(a: Row, b: Row, p: int) -> tuple[Row, Row]:
     """Divide polynomials with remainder."""
-    rest, quotient = list(a), [0] * max(len(a) - len(b) + 1, 1)
+    remainder, quotient = list(a), [0] * max(len(a) - len(b) + 1, 1)
     lead = pow(b[-1], -1, p)
     for shift in range(len(a) - len(b), -1, -1):
-        factor = rest[shift + len(b) - 1] * lead % p
+        factor = remainder[shift + len(b) - 1] * lead % p
         quotient[shift] = factor
         if factor:
             for i, c in enumerate(b):
-                rest[shift + i] = (rest[shift + i] - factor * c) % p
-    return quotient, rest[: max(len(b) - 1, 1)]
+                remainder[shift + i] = (remainder[shift + i] - factor * c) % p
+    return quotient, remainder[: max(len(b) - 1, 1)]
 
 
 def _minus_product(a: Row, b: Row, c: Row, p: int) -> Row:

@@ -87,12 +87,12 @@ def first_basis(rows: Array) -> Array:
     Each is the `first_direction` of what the rows before it leave. They depend on the span
     alone, while those of a decomposition turn with the last bits if values are equal.
     """
-    rest, basis = rows, np.empty((0, rows.shape[1]))
+    uncovered, basis = rows, np.empty((0, rows.shape[1]))
     while len(basis) < len(rows):
-        direction = first_direction(rest)
+        direction = first_direction(uncovered)
         basis = np.vstack([basis, direction])
-        rest = rest - np.outer(rest @ direction, direction)
-        rest = np.linalg.svd(rest, full_matrices=False)[2][: len(rows) - len(basis)]
+        uncovered = uncovered - np.outer(uncovered @ direction, direction)
+        uncovered = np.linalg.svd(uncovered, full_matrices=False)[2][: len(rows) - len(basis)]
     return basis
 
 

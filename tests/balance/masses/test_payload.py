@@ -12,7 +12,7 @@ import balance
 import kinematics
 from balance.app.cli.main import main
 from balance.masses import carrying, least_violation, movable_weights, read_payload
-from balance.masses.partial.least_violation import missed_by
+from balance.masses.partial_balance.least_violation import missed_by
 from balance.masses.payload import point_parameters, with_parameters
 from balance.masses.springs.spring import AttachedPoint, Spring
 from kinematics.errors import BodyError, UsageError

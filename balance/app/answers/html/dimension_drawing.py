@@ -152,7 +152,7 @@ def _labels(things: _Things, placement: Placement) -> list[str]:
     elements, lines = [], []
     for dimension, start, end in things.dimensions:
         a, b = pixels([start, end])
-        lines.append(_dimension_line(dimension, a, b, covered))
+        lines.append(_place_dimension_line(dimension, a, b, covered))
         elements += _drawn_line(dimension, a, b, *lines[-1])
     for z, (letter, name, _, _) in zip(joints, things.joints, strict=True):
         text = _text(letter, weight="bold", colour=INK, title=name)
@@ -195,7 +195,7 @@ def _costs(boxes: Sequence[_Box], covered: Sequence[_Box]) -> Array:
     return np.asarray(shared @ others[4] + OUTSIDE * outside)
 
 
-def _dimension_line(
+def _place_dimension_line(
     dimension: Dimension, a: complex, b: complex, covered: list[_Box]
 ) -> tuple[complex, complex]:
     """Find the ends of a dimension line, beside what it measures."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
 from balance.masses.counterweights.movable_weights import MovableWeights
-from balance.masses.partial.load_range import LoadsLeft
+from balance.masses.partial_balance.load_range import LoadsLeft
 from balance.masses.payload import Payload
 from balance.masses.springs.spring_loads import SpringLoads
 from kinematics.wording import number_text, vector_text

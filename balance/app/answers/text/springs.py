@@ -108,6 +108,7 @@ def _torque_rows(answer: SpringBalance) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name, weight, torque in zip(answer.linkage.inputs, before, after, strict=True):
         unit, largest = "N" if name in answer.linkage.sliding else "N m", max(before)
-        rest = size_text(torque, ".4g", largest, SPRING_TORQUE_LEFT)
-        rows.append((name, f"{number_text(weight, scale=largest)} {unit}", f"{rest} {unit}"))
+        torque_left = size_text(torque, ".4g", largest, SPRING_TORQUE_LEFT)
+        given = number_text(weight, scale=largest)
+        rows.append((name, f"{given} {unit}", f"{torque_left} {unit}"))
     return rows

@@ -8,7 +8,7 @@ from __future__ import annotations
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.counterweights import counterweight_rows
 from balance.app.answers.text.linkage import linkage_facts
-from balance.masses.partial.least_violation import LeastViolation
+from balance.masses.partial_balance.least_violation import LeastViolation
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text
 

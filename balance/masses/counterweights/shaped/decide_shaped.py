@@ -28,7 +28,7 @@ from balance.masses.counterweights.regions import Region, ball_region
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
 from balance.masses.counterweights.shaped.sectors import decide_sectors, fan_of
 from balance.masses.counterweights.shaped.weight_shape import WeightShape, shape_text
-from balance.masses.counterweights.volume.stock import Stock, fill
+from balance.masses.counterweights.volume.cut_regions import Stock, fill
 from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.support.tolerances import (
     COUNTERWEIGHT_RESIDUAL,

@@ -18,9 +18,9 @@ from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.regions import Region, cylinder_region, sector_region
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
 from balance.masses.counterweights.shaped.weight_shape import WeightShape
+from balance.masses.counterweights.volume.cut_regions import Stock, fill
 from balance.masses.counterweights.volume.decide_filled import decide_filled
 from balance.masses.counterweights.volume.fans import AngleRange, Fan, widest_free_arc
-from balance.masses.counterweights.volume.stock import Stock, fill
 from balance.masses.designs.mass_regions import joint_points
 from balance.support.tolerances import SHAPE_INSIDE
 from kinematics.errors import UsageError

@@ -18,6 +18,7 @@ from balance.masses.counterweights.counterweight import change_words, filled_cou
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.decide import balance_residual, decide, with_moments
 from balance.masses.counterweights.moved_matter import moved_masses
+from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.masses.counterweights.volume.fill_program import (
     DensityNeeded,
     density_gap,
@@ -26,7 +27,6 @@ from balance.masses.counterweights.volume.fill_program import (
     least_mass,
 )
 from balance.masses.counterweights.volume.filling_check import check_filling
-from balance.masses.counterweights.volume.stock import Stock
 from balance.masses.designs.verdicts import TOO_NARROW, UNCHECKED_MATTER, UNSETTLED
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (

@@ -1,7 +1,7 @@
 """The least matter of limited density that balances: cutting planes, then Newton's method.
 
 With the moments ``ΔP_b`` of the matter on link b in the convex set of
-`balance.masses.counterweights.volume.stock`, whose support function is h_b,
+`balance.masses.counterweights.volume.cut_regions`, whose support function is h_b,
 
     minimise Σ_b <C_b, ΔP_b>    so that    Σ_b A_b ΔP_b = r
 
@@ -42,8 +42,7 @@ from balance.masses.counterweights.added_program import (
     after_taking,
 )
 from balance.masses.counterweights.moved_matter import shifted
-from balance.masses.counterweights.volume.settled_shares import NO_LINKS, settled, with_shares
-from balance.masses.counterweights.volume.stock import (
+from balance.masses.counterweights.volume.cut_regions import (
     COARSE,
     FINE,
     Stock,
@@ -51,6 +50,7 @@ from balance.masses.counterweights.volume.stock import (
     second_derivatives,
     support_function,
 )
+from balance.masses.counterweights.volume.settled_shares import NO_LINKS, settled, with_shares
 from balance.support.clarabel_adapter import (
     TRIANGLES,
     ConstraintBlock,

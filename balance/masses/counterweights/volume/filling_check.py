@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from balance.masses.counterweights.exclusion import values_of_certificate
 from balance.masses.counterweights.moved_matter import shifted, taken_from
-from balance.masses.counterweights.volume.stock import Stock, support_function
+from balance.masses.counterweights.volume.cut_regions import Stock, support_function
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import CERTIFICATE_ORTHOGONAL
 from kinematics.wording import check_summary

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from balance.masses.counterweights.regions import Region, hull_region
-from balance.masses.counterweights.volume.stock import Stock
+from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.masses.designs.density import DensityLimit
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import PLATE_UPRIGHT

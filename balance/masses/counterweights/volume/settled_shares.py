@@ -66,8 +66,8 @@ class Settled(NamedTuple):
             missing = after_taking(asked, shares, NO_LINKS, shares).target
             missing = missing - np.einsum("lrj,lj->r", asked.rows, triangles(placed))
             effects = self.effects[: len(missing)]
-            found = -np.linalg.lstsq(effects, missing, rcond=None)[0]
-            shares[self.between] = np.clip(found, 0.0, taken.most[self.between])
+            between_shares = -np.linalg.lstsq(effects, missing, rcond=None)[0]
+            shares[self.between] = np.clip(between_shares, 0.0, taken.most[self.between])
         return shares
 
 

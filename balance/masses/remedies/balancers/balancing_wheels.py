@@ -32,7 +32,7 @@ from balance.masses.remedies.balancers.on_base import (
     has_momentum,
     make_wheel,
     motion_columns,
-    random_runs,
+    random_force_balanced_motions,
     refuse_other_moments,
     verify_with_balancers,
     with_input_inertia,
@@ -116,7 +116,7 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
         LinkageError: the linkage cannot be moved.
     """
     balanced = balance_force(request)
-    runs = random_runs(request)
+    runs = random_force_balanced_motions(request)
     wheels = _wheels(request, balanced, runs)
     mass = sum(wheel.mass for wheel in wheels)
     count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"

@@ -25,7 +25,7 @@ from balance.masses.remedies.balancers.on_base import (
     build_or_refuse,
     fine_motion,
     motion_columns,
-    random_runs,
+    random_force_balanced_motions,
     refuse_other_moments,
     verify_with_balancers,
     with_input_inertia,
@@ -168,7 +168,7 @@ def _build_hinge(request: RemedyRequest) -> AppliedRemedy:
         raise NoBalancer("refused", "a spatial linkage: its frame would turn about all axes")
     balanced = balance_force(request)
     linkage = balanced.linkage
-    runs = [fine_motion(request), *random_runs(request)]
+    runs = [fine_motion(request), *random_force_balanced_motions(request)]
     momenta = [run.momentum for run in runs]
     refuse_other_moments(linkage, momenta, "a hinge along it carries")
     frame = _frame(balanced)

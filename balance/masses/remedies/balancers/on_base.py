@@ -387,7 +387,7 @@ def fine_motion(request: RemedyRequest) -> MovedMasses:
 
 
 @lru_cache(maxsize=1)
-def random_runs(request: RemedyRequest) -> list[MovedMasses]:
+def random_force_balanced_motions(request: RemedyRequest) -> list[MovedMasses]:
     """Make random motions of a linkage without shaking force, once for what has no ratio.
 
     Args:

@@ -161,10 +161,10 @@ def _driven(
         next(k for k, x in enumerate(row) if x and sum(bool(r[k]) for r in rows) == 1)
         for row in rows
     ]
-    rest = next(k for k in range(len(relation.names)) if k not in driven)
+    undriven = next(k for k in range(len(relation.names)) if k not in driven)
     sources = {}
     for row, i in zip(rows, driven, strict=True):
-        source = next((k for k, x in enumerate(row) if x and k != i), rest)
+        source = next((k for k, x in enumerate(row) if x and k != i), undriven)
         sources[relation.names[i]] = relation.names[source], -row[source] / row[i]
     single = {x.name for x in build_tree(request.base.data).children if x.tag == "joint"}
     return (

@@ -251,7 +251,7 @@ def _turn_point(momenta: _Momenta, n: Array, place: Place, force: bool) -> Array
         return None
     if force or _vanishes(p):
         return (
-            _move_to_radius(place, _across(place, n), place.centre)
+            _move_to_radius(place, _direction_across(place, n), place.centre)
             if _vanishes(moment)
             else None
         )
@@ -265,7 +265,7 @@ def _turn_point(momenta: _Momenta, n: Array, place: Place, force: bool) -> Array
     return _move_to_radius(place, np.round(first_direction(directions[:1]), 15), point)
 
 
-def _across(place: Place, n: Array) -> Array:
+def _direction_across(place: Place, n: Array) -> Array:
     """Choose a direction across n, one of the axes if possible."""
     nearest = next(axis for axis in place.axes if abs(axis @ n) < 0.75)
     across = nearest - (nearest @ n) * n

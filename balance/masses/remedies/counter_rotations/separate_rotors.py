@@ -47,8 +47,8 @@ def apply_separate_rotors(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         yield _built(request, fewest, rotor_set, grounded)
         carried = [name for name in grounded if _is_carried(request, name)]
         if k == 0 and carried:
-            rest = [name for name in grounded if name not in carried]
-            yield _built(request, fewest, rotor_set, rest)
+            on_ground = [name for name in grounded if name not in carried]
+            yield _built(request, fewest, rotor_set, on_ground)
 
 
 def unusable(request: RemedyRequest) -> str:

@@ -134,7 +134,7 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
     residual = float(np.linalg.norm(force) / np.linalg.norm(turn.force))
     if residual <= SHAKING_RELATIVE:  # round-off
         residual = 0.0
-    left = float((after.forces[at] / turn.harmonics.forces[at]).max())
+    harmonic_share = float((after.forces[at] / turn.harmonics.forces[at]).max())
     moments = after.moments[at] <= SHAKING_RELATIVE * (
         turn.harmonics.moments[at] + turn.harmonics.forces[at] * request.space.length
     )
@@ -148,8 +148,8 @@ def _built(request: RemedyRequest, turn: _Turn, orders: Sequence[int]) -> Applie
         "orders": list(orders),
         "moment_taken": bool(moments.all()),
     }
-    if not left <= SHAKING_RELATIVE:
-        reason = f"{size_text(left)} of these harmonics is left in its file"
+    if not harmonic_share <= SHAKING_RELATIVE:
+        reason = f"{size_text(harmonic_share)} of these harmonics is left in its file"
         return replace(blank, words=words, reason=reason, details=details)
     asked = request.balance == "dynamic"
     taken = "force and moment" if asked and moments.all() else "force"

@@ -81,7 +81,7 @@ def apply_harmonic_springs(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         yield refused(KEY, "its crank needs no torque at constant speed")
         return
     best: tuple[int, ...] = ()
-    left = 1.0
+    least_residual = 1.0
     for count in range(1, MOST_SPRINGS + 1):
         tried = _sets(len(courses.points), best, count)
         solved = [_least_torque(request, courses, chosen, size) for chosen in tried]
@@ -90,11 +90,11 @@ def apply_harmonic_springs(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         order = rank_least_first([each.residual for each in solved], relative=MASSES_EQUAL)
         springs = solved[order[0]]
         best = tried[order[0]]
-        if springs.residual > left - WORTHWHILE:
+        if springs.residual > least_residual - WORTHWHILE:
             if count == 1:
                 yield refused(KEY, "no spring on a hinge or a centre of mass takes torque")
             return
-        left = springs.residual
+        least_residual = springs.residual
         yield _described(request, turn, courses, springs)
 
 

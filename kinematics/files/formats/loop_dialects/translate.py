@@ -200,12 +200,12 @@ def _tell_unread_closures(draft: Draft, item: Element, done: frozenset[int]) -> 
         item: an element of another tool, in ``<robot>``.
         done: identities of the elements inside that were read.
     """
-    for element, names in _search(draft.links, item, done)[1][:MAX_TOLD]:
+    for element, names in _find_closures(draft.links, item, done)[1][:MAX_TOLD]:
         text = f"it names the links {quoted(sorted(names))}, and is not read; if it closes a "
         draft.tell("unread_closure", element, f"{text}loop, write a <loop>")
 
 
-def _search(
+def _find_closures(
     links: set[str], item: Element, done: frozenset[int]
 ) -> tuple[set[str], list[tuple[Element, set[str]]]]:
     """Find the links that an element names, and the innermost elements that name two."""
@@ -214,7 +214,7 @@ def _search(
         return set(), []
     names, closures = set(_named(links, item)), []
     for child in item.children:
-        inner, below = _search(links, child, done)
+        inner, below = _find_closures(links, child, done)
         closures += below
         if word not in _HOLDERS:
             names |= inner

@@ -137,12 +137,12 @@ class _Reduction:
             kept = {k: v for k, v in item.attributes.items() if k not in _IDLE_SETTINGS}
             return replace(item, attributes=kept, children=())
         if item.tag == "worldbody":
-            return replace(item, children=tuple(self._parts(item, False, False)))
+            return replace(item, children=tuple(self._reduce_parts(item, False, False)))
         if item.tag == "default":
             return _without_idle_parts(item)
         return item
 
-    def _parts(self, owner: Element, moving: bool, geoms: bool) -> Iterator[Element]:
+    def _reduce_parts(self, owner: Element, moving: bool, geoms: bool) -> Iterator[Element]:
         """Reduce what is inside a body or a frame.
 
         Args:
@@ -152,9 +152,9 @@ class _Reduction:
         """
         for item in owner.children:
             if item.tag == "body":
-                yield self._body(item, moving)
+                yield self._reduce_body(item, moving)
             elif item.tag in ("frame", "replicate"):
-                if parts := tuple(self._parts(item, moving, geoms)):
+                if parts := tuple(self._reduce_parts(item, moving, geoms)):
                     yield replace(item, children=parts)
             elif item.tag == "geom":
                 if geoms and moving:
@@ -164,12 +164,12 @@ class _Reduction:
             elif item.tag not in _IDLE_PARTS:
                 yield item
 
-    def _body(self, body: Element, moving: bool) -> Element:
+    def _reduce_body(self, body: Element, moving: bool) -> Element:
         parts = list(_inside(body))
         moving = moving or any(item.tag in _JOINTS for item in parts)
         has_inertial = any(item.tag == "inertial" for item in parts)
         geoms = self.from_geoms != "false" and (self.from_geoms == "true" or not has_inertial)
-        return replace(body, children=tuple(self._parts(body, moving, geoms)))
+        return replace(body, children=tuple(self._reduce_parts(body, moving, geoms)))
 
 
 def _inside(body: Element) -> Iterator[Element]:

@@ -57,11 +57,11 @@ def span_all(
     while True:
         for k in (*trees[-1].forward, *trees[-1].backward):
             reached |= {*pairs[k]}
-        rest = [name for name in links if name not in reached]
-        if not rest:
+        unreached = [name for name in links if name not in reached]
+        if not unreached:
             break
         between = [pair for pair in pairs if not reached & {*pair}]
-        roots.append(choose_root(rest, between, rest[0]))
+        roots.append(choose_root(unreached, between, unreached[0]))
         reached.add(roots[-1])
         trees.append(span(pairs, roots[-1]))
     forward = frozenset[int]().union(*(tree.forward for tree in trees))

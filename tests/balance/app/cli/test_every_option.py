@@ -382,7 +382,18 @@ def test_only_one_encoder():
     assert users == {"json_text.py", "save.py"}
 
 
+def test_workers_have_one_rule():
+    """Commands that go on with a file of results take one process per core, others this one."""
+    with_workers = [known for known in map(options, parsers().values()) if "--workers" in known]
+    assert len(with_workers) >= 3
+    for known in with_workers:
+        workers = known["--workers"]
+        assert workers.type("0") == 0 and workers.type("1024") == 1024
+        assert workers.default == (None if "--resume" in known else 0)
+    assert len({known["--workers"].help.partition("(")[0] for known in with_workers}) == 1
+
+
 @pytest.mark.slow
 def test_schemas_are_valid():
-    for verb in {*parsers(), "partial"} - {"reduce"}:
+    for verb in parsers():
         validator(verb).check_schema(validator(verb).schema)

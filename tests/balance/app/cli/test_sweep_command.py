@@ -161,7 +161,7 @@ def test_pictures_are_maps_or_points(study, tmp_path):
 
 REFUSALS = [
     (["run", "none.toml"], 3, "no such file"),
-    (["run", "kite.toml", "--workers", "0"], 2, "from 1 to 1024"),
+    (["run", "kite.toml", "--workers", "1025"], 2, "from 0 to 1024"),
     (["run", "kite.toml", "--workers", "2", "--dask", "tcp://x:1"], 2, "a cluster has its own"),
     (["run", "kite.toml", "--out", "kite.toml"], 2, "would replace a file that is read"),
     (["run", "kite.toml", "--out", "no/a.db"], 3, "its folder does not exist"),
@@ -237,7 +237,7 @@ def test_an_interrupt_says_what_is_kept(study, tmp_path, monkeypatch):
     assert (code, out) == (130, "")
     assert err == f"{file} keeps 2 of 5 geometries; --resume goes on from there\n"
     monkeypatch.undo()
-    resumed = ran(["run", study[0], "--out", file, "--resume", "--workers", "1"])
+    resumed = ran(["run", study[0], "--out", file, "--resume", "--workers", "0"])
     assert resumed["kept"] == 2
 
 

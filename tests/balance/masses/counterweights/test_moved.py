@@ -9,8 +9,8 @@ import pytest
 import balance
 from balance.app.cli.main import main
 from balance.masses.counterweights.exclusion import check_exclusion
+from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.masses.counterweights.volume.filling_check import check_filling
-from balance.masses.counterweights.volume.stock import Stock
 from kinematics.errors import BodyError, UsageError
 from tests.independent.counterweight_requests import random_request
 from tests.independent.filled_cells import least_masses

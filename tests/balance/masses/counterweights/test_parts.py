@@ -16,7 +16,7 @@ from balance.masses.counterweights.parts.part_files import (
     parts_of,
 )
 from balance.masses.counterweights.region_text import read_region
-from balance.masses.counterweights.volume.stock import Stock, fill
+from balance.masses.counterweights.volume.cut_regions import Stock, fill
 
 trimesh = pytest.importorskip("trimesh")
 pytest.importorskip("manifold3d")

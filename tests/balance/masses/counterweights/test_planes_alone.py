@@ -9,7 +9,7 @@ def test_matter_for_forces_is_cut_off_by_planes(monkeypatch):
     """Conditions on forces have no second moments: no sums over rays, slow and off."""
     calls = []
     monkeypatch.setattr(
-        "balance.masses.counterweights.volume.stock.integrate_positive_part",
+        "balance.masses.counterweights.volume.cut_regions.integrate_positive_part",
         lambda *_: calls.append(1),
     )
     links = ["crank", "rocker"]

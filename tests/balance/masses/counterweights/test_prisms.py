@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 import balance
 from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.regions import hull_region
-from balance.masses.counterweights.volume.stock import Stock, fill
+from balance.masses.counterweights.volume.cut_regions import Stock, fill
 from kinematics.errors import UsageError
 
 BOX = read_region("box(-1:1,-1:1,-1:1)")

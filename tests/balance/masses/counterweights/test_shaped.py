@@ -12,7 +12,7 @@ from balance.masses.counterweights.decide import balance_residual
 from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.shaped.sectors import fan_of
 from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes
-from balance.masses.counterweights.volume.stock import Stock
+from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.space.inertial_parameters.conversions import to_chain
 from kinematics.errors import UsageError
 from tests.independent.second_counterweights import (

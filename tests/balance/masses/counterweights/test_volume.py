@@ -9,13 +9,13 @@ import pytest
 import balance
 from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.regions import hull_region
-from balance.masses.counterweights.volume.filling_check import check_filling
-from balance.masses.counterweights.volume.stock import (
+from balance.masses.counterweights.volume.cut_regions import (
     Stock,
     cut_moments,
     fill,
     support_function,
 )
+from balance.masses.counterweights.volume.filling_check import check_filling
 from kinematics.errors import BodyError, UsageError
 from tests.independent.counterweight_requests import random_request
 from tests.independent.filled_cells import cells, least_masses

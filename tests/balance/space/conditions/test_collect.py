@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from balance.space.conditions import collect
-from balance.space.conditions.collect import add_poses
+from balance.space.conditions.collect import add_pose_conditions
 from balance.space.conditions.rank import Conditions
 from kinematics import ScrewJoint, from_screws
 
@@ -42,12 +42,12 @@ def test_the_work_of_a_batch_is_limited(chain, monkeypatch, most, poses):
     monkeypatch.setattr(collect, "MAX_WORK_PER_BATCH", most * rows * unknowns**2)
     # With this tolerance, pivots count that are ill-conditioned: more poses are asked for.
     none = Conditions.given(np.empty((0, unknowns)), tolerance=1e-4)
-    conditions, used, settled = add_poses(chain, False, none)
+    conditions, used, settled = add_pose_conditions(chain, False, none)
     assert conditions.ill_conditioned and not settled
     assert (used, conditions.rank) == (poses, RANK)
 
 
 def test_a_small_chain_settles_far_below_the_limit(chain):
     none = Conditions.given(np.empty((0, 10 * JOINTS)))
-    conditions, used, settled = add_poses(chain, False, none)
+    conditions, used, settled = add_pose_conditions(chain, False, none)
     assert settled and (used, conditions.rank) == (4 + 8, RANK)

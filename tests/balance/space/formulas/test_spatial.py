@@ -182,7 +182,7 @@ def with_twice_a_term(formulas):
 def test_finite_poses_notice_a_wrong_coefficient(model):
     formulas = balance.formulas(model, "force")
     problem = problem_of(balance.design_space(model, balance="force"), force=True)
-    samples = problem.samples(problem.given(), None)
+    samples = problem.samples(problem.given_relations(), None)
     samples.solved = [formulas.parameters.index(c.solved) for c in formulas.conditions]
     assert fresh_geometries(samples, formulas.parameters, formulas.conditions) == 20
     assert fresh_geometries(samples, formulas.parameters, with_twice_a_term(formulas)) == 0
@@ -193,7 +193,7 @@ def test_a_displaced_loop_closes_elsewhere():
     """Poses modulo p⁶: the last joint is back on its line, angles differ by multiples of p."""
     p = PRIMES_OF_61_BITS[2]
     problem = problem_of(balance.design_space("bennett", balance="force"), force=True)
-    samples = problem.samples(problem.given(), None)
+    samples = problem.samples(problem.given_relations(), None)
     point = samples.free.draw(p, random.Random(1))
     values = samples.free.pairs(point, p**6)
     joints = samples.draw_joints(point, p**6)

@@ -10,7 +10,7 @@ import pytest
 
 import balance
 import kinematics
-from balance.masses.partial.motion_loads import input_inertia
+from balance.masses.partial_balance.motion_loads import input_inertia
 from balance.motion.verification.crank_revolution import revolve_crank
 from kinematics.model.document.element import Document
 from tests.support.points import point_counterweights

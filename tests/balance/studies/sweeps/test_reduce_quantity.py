@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import balance
-from balance.masses.partial.motion_loads import input_inertia
+from balance.masses.partial_balance.motion_loads import input_inertia
 from balance.studies.sweeps.constraints import read_constraints
 from balance.studies.sweeps.quantities import read_quantities
 from kinematics.errors import FileError

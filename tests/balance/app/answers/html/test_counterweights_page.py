@@ -11,7 +11,7 @@ import balance
 from balance.app.answers.html.before_after import harmonic_sizes
 from balance.app.answers.html.counterweights import counterweights_page
 from balance.app.answers.html.filled_surface import filled_surface
-from balance.app.answers.html.partial import loads_of, partial_page
+from balance.app.answers.html.partial_balance import front_page, loads_of
 from balance.app.cli.main import main
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.region_text import read_region
@@ -123,7 +123,7 @@ def test_answers_begin_with_the_sentence(capsys):
 @pytest.mark.slow
 def test_page_of_designs_has_the_loads_of_the_last(balanced):
     front = balance.pareto(MODEL, LINKS, 3, 0.5)
-    elements = Elements(partial_page(front))
+    elements = Elements(front_page(front))
     assert front.designs[-1].sentence in " ".join(elements.text.split())
     assert "What each kilogram buys" in elements.text
     # Peaks over all motions, which Pinocchio computes, are those of the program.

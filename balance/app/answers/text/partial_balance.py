@@ -15,8 +15,8 @@ from balance.app.answers.text.counterweights import (
     part_lines,
 )
 from balance.app.answers.text.linkage import linkage_facts
-from balance.masses.partial.partial_balance import ParetoFront, PartialBalance
-from balance.masses.partial.shaking_problem import ShakingFigures
+from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
+from balance.masses.partial_balance.shaking_problem import ShakingFigures
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, unit_text, vector_text
@@ -27,7 +27,7 @@ DIGITS = 4
 FORM = f".{DIGITS}g"
 
 
-def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
+def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
     """List the facts on designs as pairs of label and value."""
     best = front.designs[-1]
     space = best.space
@@ -177,9 +177,9 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     return rows
 
 
-def partial_body(front: ParetoFront) -> AnswerBody:
+def front_body(front: ParetoFront) -> AnswerBody:
     """Build what is printed on designs, of which the last one is described in full."""
-    body: list[AnswerPart] = [front.designs[-1].sentence, "", Facts(partial_facts(front))]
+    body: list[AnswerPart] = [front.designs[-1].sentence, "", Facts(front_facts(front))]
     if len(front.designs) > 1:
         body += ["", AnswerTable(front_rows(front))]
     best = front.designs[-1]

@@ -14,21 +14,25 @@ from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.moved_matter import moved_links, taken_from
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.plates import density_limits, stocks_of
-from balance.masses.partial.elastic_frame import ElasticFrame, vibration
-from balance.masses.partial.least_shaking import (
+from balance.masses.partial_balance.elastic_frame import ElasticFrame, vibration
+from balance.masses.partial_balance.least_shaking import (
     CapsConflict,
     LeastShaking,
     least_shaking,
     quadratic_factor,
 )
-from balance.masses.partial.motion_loads import AddedParameters, MotionLoads, motion_loads
-from balance.masses.partial.shaking_objectives import (
+from balance.masses.partial_balance.motion_loads import (
+    AddedParameters,
+    MotionLoads,
+    motion_loads,
+)
+from balance.masses.partial_balance.shaking_objectives import (
     PartialObjective,
     check_objective,
     harmonic_rows,
     objective_in_words,
 )
-from balance.masses.partial.shaking_program import NO_SAMPLES, Cap, ShakingProgram
+from balance.masses.partial_balance.shaking_program import NO_SAMPLES, Cap, ShakingProgram
 from balance.motion.verification.given_motions import Motions, read_motions
 from balance.motion.verification.load_errors import load_errors
 from balance.motion.verification.trajectory import Trajectory, random_motions

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.partial.budgets import single
-from balance.masses.partial.least_violation import LeastViolation, missed_by
-from balance.masses.partial.partial_balance import ParetoFront
-from balance.masses.partial.shaking_problem import ShakingOptions
+from balance.masses.partial_balance.budgets import single
+from balance.masses.partial_balance.least_violation import LeastViolation, missed_by
+from balance.masses.partial_balance.partial_balance import ParetoFront
+from balance.masses.partial_balance.shaking_problem import ShakingOptions
 from balance.masses.payload import Payload, carrying, point_parameters, with_parameters
 from kinematics.wording import number_text, repr_lines, size_text
 
@@ -49,8 +49,8 @@ class LoadsLeft(NamedTuple):
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON."""
         low, mean, high = self.values
-        left = {"low": low, "mean": mean, "high": high}
-        return {**self.payload.to_dict(), "quantity": self.quantity, "left": left}
+        by_load = {"low": low, "mean": mean, "high": high}
+        return {**self.payload.to_dict(), "quantity": self.quantity, "left": by_load}
 
 
 def shaking_left(
@@ -94,9 +94,11 @@ def violation_left(answer: LeastViolation, payload: Payload) -> LoadsLeft:
         for k, body in enumerate(space.linkage.bodies)
         if body.link == space.linkage.places[payload.link].link
     )
-    left = []
+    missed = []
     for load in (payload.low, payload.high):
         z = np.array(answer.z)
         z[b] += point_parameters(space.linkage, payload, load - payload.mean)
-        left.append(missed_by(answer, z))
-    return LoadsLeft(payload, "root of the sum of squares", (left[0], answer.total, left[1]))
+        missed.append(missed_by(answer, z))
+    return LoadsLeft(
+        payload, "root of the sum of squares", (missed[0], answer.total, missed[1])
+    )

@@ -7,7 +7,7 @@ import pytest
 
 from balance import design_space
 from balance.masses.counterweights.link_regions import regions_of
-from balance.masses.partial.motion_loads import AddedParameters, motion_loads
+from balance.masses.partial_balance.motion_loads import AddedParameters, motion_loads
 from balance.motion.verification.joint_reactions import joint_reactions
 from balance.motion.verification.shaking_wrench import inertia_loads
 from balance.motion.verification.trajectory import random_motions

@@ -12,9 +12,12 @@ from balance.masses.counterweights.counterweight import Counterweight, moved_tex
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import bodies_with
-from balance.masses.partial.elastic_frame import ElasticFrame
-from balance.masses.partial.shaking_objectives import PartialObjective, objective_in_words
-from balance.masses.partial.shaking_problem import ShakingFigures
+from balance.masses.partial_balance.elastic_frame import ElasticFrame
+from balance.masses.partial_balance.shaking_objectives import (
+    PartialObjective,
+    objective_in_words,
+)
+from balance.masses.partial_balance.shaking_problem import ShakingFigures
 from balance.motion.motion_tolerances import (
     CONDITIONING_NOTICE,
     SHAKING_RELATIVE,
@@ -30,7 +33,7 @@ from kinematics.model.linkage import Notice
 from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, repr_lines
 
-PARTIAL_SCHEMA = "balance.partial/1"
+REDUCE_SCHEMA = "balance.reduce/1"
 
 PartialVerdict = Literal["optimal", "infeasible", "undecided"]
 
@@ -62,8 +65,8 @@ class PartialBalance(WithPage, WithPicture):
             among ``weights``.
     """
 
-    page_maker = "partial:partial_balance_page"
-    picture_maker = "partial:partial_balance_picture"
+    page_maker = "partial_balance:partial_balance_page"
+    picture_maker = "partial_balance:partial_balance_picture"
 
     space: DesignSpace
     budget: float
@@ -190,8 +193,8 @@ class ParetoFront(WithPage, WithPicture):
         minimise: the objective; see `partial`.
     """
 
-    page_maker = "partial:partial_page"
-    picture_maker = "partial:front_picture"
+    page_maker = "partial_balance:front_page"
+    picture_maker = "partial_balance:front_picture"
 
     designs: tuple[PartialBalance, ...]
     weight_moment: float
@@ -223,10 +226,10 @@ class ParetoFront(WithPage, WithPicture):
         return self.designs[-1].to_urdf(path, merge=merge)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain data for JSON; see ``schemas/partial.schema.json``."""
+        """Return plain data for JSON; see ``schemas/reduce.schema.json``."""
         first = self.designs[0]
         return {
-            "schema": PARTIAL_SCHEMA,
+            "schema": REDUCE_SCHEMA,
             "model": first.space.linkage.name,
             "at": first.space.linkage.at,
             "balance": first.space.balance,

@@ -2,7 +2,7 @@
 
 With the triangular factor R of all weighted samples (QR, never the Gram matrix, which would
 lose half of the digits), the root mean square of the shaking is ``|R [s; 1]|`` at the
-coordinates s of the added matter (`balance.masses.partial.motion_loads`). The program
+coordinates s of the added matter (`balance.masses.partial_balance.motion_loads`). The program
 
     minimise t    |R [s; 1]| ≤ t,  s in the cones of the regions,  mass(s) ≤ budget,
                   |A_k [s; 1]| ≤ cap_k at every sample
@@ -23,10 +23,10 @@ Caps hold at all samples, as the largest load does; only those that a design exc
 program.
 
 Matter of limited density is a mixture of parts of the regions
-(`balance.masses.counterweights.volume.stock`), which grow in number: of each solution, the
-parts where ``M_b`` is negative. Its bound has ``-Σ_b h_b(-M_b)`` instead of the last term, with
-the support functions h_b. Given matter that may be moved is one more generator of a cone; see
-`balance.masses.counterweights.moved_matter`.
+(`balance.masses.counterweights.volume.cut_regions`), which grow in number: of each solution,
+the parts where ``M_b`` is negative. Its bound has ``-Σ_b h_b(-M_b)`` instead of the last term,
+with the support functions h_b. Given matter that may be moved is one more generator of a cone;
+see `balance.masses.counterweights.moved_matter`.
 """
 
 from __future__ import annotations
@@ -47,8 +47,12 @@ from balance.masses.counterweights.added_matter import (
 from balance.masses.counterweights.cylinder_points import first_points
 from balance.masses.counterweights.moved_matter import PRICE_OF_MOVING, shifted
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
-from balance.masses.counterweights.volume.stock import fill, support_function, whole_and_halves
-from balance.masses.partial.shaking_program import ShakingProgram
+from balance.masses.counterweights.volume.cut_regions import (
+    fill,
+    support_function,
+    whole_and_halves,
+)
+from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.support.clarabel_adapter import (
     TRIANGLES,
     ConstraintBlock,

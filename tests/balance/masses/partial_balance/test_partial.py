@@ -10,8 +10,8 @@ import pytest
 import balance
 import kinematics
 from balance import design_space
-from balance.app.answers.text.partial import partial_facts
-from balance.masses.partial.least_shaking import quadratic_factor
+from balance.app.answers.text.partial_balance import front_facts
+from balance.masses.partial_balance.least_shaking import quadratic_factor
 from balance.motion import shaking
 from balance.motion.verification.given_motions import rest_to_rest
 from balance.motion.verification.trajectory import random_motions
@@ -250,7 +250,7 @@ def test_a_region_that_is_full_is_told():
         balance.partial(*given, budget, regions=regions, speed="300rpm")
         for budget, regions in ((5.0, small), (10.0, small), (5.0, large), (0.01, small))
     ]
-    told = ["room" in dict(partial_facts(answer.front)) for answer in answers]
+    told = ["room" in dict(front_facts(answer.front)) for answer in answers]
     assert told[:2] == [True, True] and not told[3]
     first, second, wider, _ = (answer.shaking.objective for answer in answers)
     assert second == pytest.approx(first, rel=1e-4) and wider < 0.99 * first

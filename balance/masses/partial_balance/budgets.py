@@ -15,16 +15,20 @@ from balance.masses.counterweights.moved_matter import moved_masses
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
-from balance.masses.partial.added_weights import (
+from balance.masses.partial_balance.added_weights import (
     check_budget,
     counterweights_at,
     filled_counterweights_at,
 )
-from balance.masses.partial.elastic_frame import ElasticFrame
-from balance.masses.partial.least_shaking import CapsConflict, LeastShaking, removed_by
-from balance.masses.partial.partial_balance import ParetoFront, PartialBalance, PartialVerdict
-from balance.masses.partial.shaking_objectives import PartialObjective
-from balance.masses.partial.shaking_problem import (
+from balance.masses.partial_balance.elastic_frame import ElasticFrame
+from balance.masses.partial_balance.least_shaking import CapsConflict, LeastShaking, removed_by
+from balance.masses.partial_balance.partial_balance import (
+    ParetoFront,
+    PartialBalance,
+    PartialVerdict,
+)
+from balance.masses.partial_balance.shaking_objectives import PartialObjective
+from balance.masses.partial_balance.shaking_problem import (
     ShakingFigures,
     ShakingOptions,
     ShakingProblem,

@@ -12,7 +12,7 @@ from jsonschema import Draft202012Validator
 import balance
 import kinematics
 from balance import design, design_space, pareto, partial
-from balance.app.answers.html.partial import front_picture
+from balance.app.answers.html.partial_balance import front_picture
 from balance.app.cli.main import main as command
 from balance.masses import ElasticFrame
 from balance.motion.verification.given_motions import from_csv
@@ -20,7 +20,7 @@ from balance.motion.verification.trajectory import random_motions
 from kinematics.errors import LinkageError, UsageError
 from tests.support.pick_and_place import robot_arm, write_cycle
 
-SCHEMA = Path(balance.__file__).with_name("app") / "schemas" / "partial.schema.json"
+SCHEMA = Path(balance.__file__).with_name("app") / "schemas" / "reduce.schema.json"
 
 
 @pytest.fixture(params=["ur5", "arm"])

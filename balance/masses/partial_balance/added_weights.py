@@ -12,8 +12,8 @@ from balance.masses.counterweights.counterweight import (
     filled_counterweight,
 )
 from balance.masses.counterweights.lumps import lumps_of
-from balance.masses.partial.motion_loads import AddedParameters
-from balance.masses.partial.shaking_program import ShakingProgram
+from balance.masses.partial_balance.motion_loads import AddedParameters
+from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import TRIANGLES
 from balance.support.tolerances import LUMP_SHARE_LEAST

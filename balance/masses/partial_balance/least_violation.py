@@ -23,10 +23,14 @@ from balance.masses.counterweights.moved_matter import nothing_taken
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
-from balance.masses.partial.added_weights import check_budget, counterweights_at
-from balance.masses.partial.least_shaking import LeastShaking, least_shaking, quadratic_factor
-from balance.masses.partial.motion_loads import AddedParameters
-from balance.masses.partial.shaking_program import ShakingProgram
+from balance.masses.partial_balance.added_weights import check_budget, counterweights_at
+from balance.masses.partial_balance.least_shaking import (
+    LeastShaking,
+    least_shaking,
+    quadratic_factor,
+)
+from balance.masses.partial_balance.motion_loads import AddedParameters
+from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial
@@ -325,8 +329,8 @@ def missed_by(answer: LeastViolation, z: Array) -> float:
     for region, item in zip(space.regions, answer.violations, strict=True):
         rows = region.rows.reshape(len(region.rows), len(space.bodies), size)
         alone = np.linalg.norm(np.einsum("rbp,bp->rb", rows, given), axis=0).sum() or 1.0
-        left = float(np.linalg.norm(np.einsum("rbp,bp->r", rows, other)) / alone)
-        total += item.weight * left**2
+        violation = float(np.linalg.norm(np.einsum("rbp,bp->r", rows, other)) / alone)
+        total += item.weight * violation**2
     return float(np.sqrt(total))
 
 

@@ -11,8 +11,8 @@ from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.render import facts_list, rows_table
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.html.verification import verification_picture
-from balance.app.answers.text.partial import front_rows, partial_facts
-from balance.masses.partial.partial_balance import ParetoFront, PartialBalance
+from balance.app.answers.text.partial_balance import front_facts, front_rows
+from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.motion.verification.before_after import BeforeAfter, compare_masses
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -23,7 +23,7 @@ MOST_LINES = 6
 HEADROOM = 1.1
 
 
-def partial_page(front: ParetoFront) -> str:
+def front_page(front: ParetoFront) -> str:
     """Render designs that let a linkage shake least as one HTML file.
 
     It shows the last design as `counterweights_page` does, and the others in a table. The
@@ -45,7 +45,7 @@ def partial_page(front: ParetoFront) -> str:
         loads_of(best),
         summary=best.sentence,
         report=front.to_dict(),
-        facts=facts_list(partial_facts(front)),
+        facts=facts_list(front_facts(front)),
         front=front_section(front),
         nothing="none",
     )
@@ -68,8 +68,8 @@ def loads_of(design: PartialBalance) -> BeforeAfter:
 
 
 def partial_balance_page(balance: PartialBalance) -> str:
-    """Render one design that lets a linkage shake least; see `partial_page`."""
-    return partial_page(balance.front)
+    """Render one design that lets a linkage shake least; see `front_page`."""
+    return front_page(balance.front)
 
 
 def partial_balance_picture(balance: PartialBalance, kind: str = "png") -> bytes:
@@ -86,17 +86,20 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
     """
     shown = [design for design in front.designs if design.shaking is not None]
     mass = np.array([design.mass for design in shown])
-    left = [("shaking force (N, rms)", "force"), ("shaking moment (N m, rms)", "moment")]
+    shaking_panels = [
+        ("shaking force (N, rms)", "force"),
+        ("shaking moment (N m, rms)", "moment"),
+    ]
     if front.frame is not None:
-        left.append(("vibration of the frame (m, rms)", "vibration"))
-    right = [
+        shaking_panels.append(("vibration of the frame (m, rms)", "vibration"))
+    input_panels = [
         ("inertia felt, of that in the file", "inertia"),
         ("peak torque, of that in the file", "torque"),
     ]
 
     def draw(figure: Any) -> None:
-        axes = figure.subplots(len(left), 2, sharex=True, squeeze=False)
-        for ax, (title, name) in zip(axes[:, 0], left, strict=True):
+        axes = figure.subplots(len(shaking_panels), 2, sharex=True, squeeze=False)
+        for ax, (title, name) in zip(axes[:, 0], shaking_panels, strict=True):
             ax.plot(
                 mass,
                 [getattr(design.shaking, name) for design in shown],
@@ -105,16 +108,16 @@ def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
                 color=COLOURS[0],
             )
             _label(ax, title)
-        for ax, (title, name) in zip(axes[:, 1], right, strict=False):
+        for ax, (title, name) in zip(axes[:, 1], input_panels, strict=False):
             _draw_inputs(ax, mass, shown, name)
             _label(ax, title)
-        for ax in axes[len(right) :, 1]:
+        for ax in axes[len(input_panels) :, 1]:
             ax.set_axis_off()
         for ax in axes[-1]:
             ax.set_xlabel("added mass (kg)")
         axes[0, 0].set_title(front.designs[0].space.linkage.name, loc="left")
 
-    return image((9.0, 2.8 * len(left)), kind, draw)
+    return image((9.0, 2.8 * len(shaking_panels)), kind, draw)
 
 
 def front_section(front: ParetoFront) -> str:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from balance.masses.counterweights.moved_matter import Taken
-from balance.masses.counterweights.volume.stock import Stock
-from balance.masses.partial.motion_loads import AddedParameters
+from balance.masses.counterweights.volume.cut_regions import Stock
+from balance.masses.partial_balance.motion_loads import AddedParameters
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array

@@ -8,8 +8,8 @@ import pytest
 import kinematics
 from balance import design_space
 from balance.masses import ElasticFrame
-from balance.masses.partial.elastic_frame import is_periodic, vibration
-from balance.masses.partial.shaking_problem import ShakingOptions, build_problem
+from balance.masses.partial_balance.elastic_frame import is_periodic, vibration
+from balance.masses.partial_balance.shaking_problem import ShakingOptions, build_problem
 from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from kinematics.errors import UsageError

@@ -1,6 +1,7 @@
-"""Stock: matter whose density is nowhere above a limit, in a region.
+"""Parts that planes and quadrics cut off regions, and the moments of matter that fills them.
 
-The moments ``∫ [u; 1][u; 1]ᵀ dm`` of such matter are a convex set. Its support function is
+The density of the matter is nowhere above a limit. The moments ``∫ [u; 1][u; 1]ᵀ dm`` of such
+matter are a convex set. Its support function is
 
     h(Q) = ρ ∫_K max(q, 0) dV,    q(u) = [u; 1]ᵀ Q [u; 1],
 

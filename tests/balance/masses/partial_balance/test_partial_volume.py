@@ -8,7 +8,7 @@ from scipy.optimize import lsq_linear
 
 import balance
 from balance.masses.counterweights.region_text import read_region
-from balance.masses.partial.shaking_problem import ShakingOptions, build_problem
+from balance.masses.partial_balance.shaking_problem import ShakingOptions, build_problem
 from balance.motion.verification.trajectory import random_motions
 from balance.support.clarabel_adapter import triangles
 from kinematics.loading.model_gallery import as_linkage

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from balance.masses.partial.elastic_frame import ElasticFrame
+from balance.masses.partial_balance.elastic_frame import ElasticFrame
 from balance.motion.verification.crank_revolution import crank_of
 from balance.motion.verification.trajectory import Trajectory
 from kinematics.errors import UsageError

@@ -1,10 +1,13 @@
 from .sweeps.study import Study as Study
 from .sweeps.study import read_study as read_study
+from .synthesis.four_bar_platform import FourBarPlatform as FourBarPlatform
+from .synthesis.four_bar_platform import four_bar_platform_urdf as four_bar_platform_urdf
 from .synthesis.four_bar_stack import StackedFourBar as StackedFourBar
 from .synthesis.four_bar_stack import four_bar_stack_urdf as four_bar_stack_urdf
 from .synthesis.mechanism import SynthesizedMechanism as SynthesizedMechanism
 from .synthesis.pantograph import PantographMasses as PantographMasses
 from .synthesis.principal_vectors import PrincipalVectors as PrincipalVectors
+from .synthesis.principal_vectors import principal_points as principal_points
 from .synthesis.principal_vectors import principal_vector_urdf as principal_vector_urdf
 from .synthesis.sarrus_stack import StackedChains as StackedChains
 from .synthesis.sarrus_stack import stacked_urdf as stacked_urdf

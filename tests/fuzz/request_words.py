@@ -410,7 +410,7 @@ WORDS: dict[str, Maker] = {
     ),
     "--order": _of("1", "2", "3", "5", "0", "99"),
     "--positions": lambda rng, place: [_positions(rng, place)],
-    "--kind": _of("pantograph", "four-bar"),
+    "--kind": _of("pantograph", "four-bar", "stack"),
     "--ratio": lambda rng, place: [f"-{_number(rng)}"],
     "--fixed": lambda rng, place: [f"{_number(rng)},{_number(rng)}"],
     "--moving": lambda rng, place: [f"{_number(rng)},{_number(rng)}"],

@@ -55,9 +55,7 @@ def add_synthesize(parser: Parser) -> None:
     parser.add_argument(
         "--out", metavar="FILE.urdf", help="write the best mechanism as a URDF file"
     )
-    add_table_option(
-        parser, "write its motion in the nonlinear case, for 'balance verify --csv'"
-    )
+    add_table_option(parser, "write the motion of several inputs, for 'balance verify --csv'")
     parser.add_argument(
         "--slot",
         type=_slot_path,
@@ -78,10 +76,17 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose the kind of mechanism and its pivots."""
     parser.add_argument(
         "--kind",
-        choices=("pantograph", "four-bar", "slider-crank", "geared-four-bar", "six-bar"),
+        choices=(
+            "pantograph",
+            "four-bar",
+            "slider-crank",
+            "geared-four-bar",
+            "six-bar",
+            "stack",
+        ),
         default="pantograph",
         help="pantograph (default); kite or antiparallelogram; crank and coupler of one "
-        "length; any four-bar with rotors, or with a dyad",
+        "length; any four-bar with rotors, or with a dyad; three decoupled freedoms",
     )
     case = parser.add_mutually_exclusive_group()
     case.add_argument(
@@ -136,8 +141,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
     """
     with progress_bar("steps of the search") as advance:
         synthesis = _synthesize(arguments, advance)
-    if arguments.table is not None and not arguments.nonlinear:
-        arguments.refuse("--table: only with --nonlinear: other mechanisms have one input")
+    if arguments.table is not None and not (arguments.nonlinear or arguments.kind == "stack"):
+        arguments.refuse(
+            "--table: only with --nonlinear or --kind stack: other mechanisms have one input"
+        )
     if arguments.slot is not None and not arguments.nonlinear:
         arguments.refuse("--slot: only with --nonlinear: a belt couples the links otherwise")
     from balance.app.answers.text.synthesis import synthesis_body

@@ -55,8 +55,13 @@ class MovingBodies(NamedTuple):
         matrix[:6, :6] = base.M + self.M.sum(axis=0)
         matrix[:6, 6:] = MT.sum(axis=0)
         matrix[6:, :6] = matrix[:6, 6:].T
-        matrix[6:, 6:] = np.einsum("biu,biw->uw", self.T, MT)
+        matrix[6:, 6:] = self.input_inertia
         return matrix
+
+    @property
+    def input_inertia(self) -> Array:
+        """The inertia that the coordinates feel while the base rests (w, w)."""
+        return np.asarray(np.einsum("biu,biw->uw", self.T, self.M @ self.T))
 
     def bias(self, base: BaseInChain, b: Array) -> Array:
         """Compute the inertia forces for steady rates of base and coordinates (6+w,).

@@ -22,19 +22,21 @@ SAMPLES = 241
 
 
 class MotionTable(NamedTuple):
-    """A motion of the inputs ``shoulder`` and ``elbow`` over one second.
+    """A motion of the inputs of a mechanism.
 
     Attributes:
         time: seconds (N,).
-        u: displacements from the pose of the file (N, 2), radians.
+        u: displacements from the pose of the file (N, inputs), radians.
         ud: velocities.
         udd: accelerations.
+        inputs: their names.
     """
 
     time: Array
     u: Array
     ud: Array
     udd: Array
+    inputs: tuple[str, ...] = (SHOULDER, ELBOW)
 
 
 class Defect(NamedTuple):
@@ -78,7 +80,7 @@ def constrained_motion(pantograph: BalancedPantograph) -> MotionTable:
 def motion_csv(table: MotionTable) -> bytes:
     """Write a motion as a table for ``balance verify --csv``, with its derivatives."""
     kinds = ("", "velocity ", "acceleration ")
-    names = [f"{kind}{joint}" for kind in kinds for joint in (SHOULDER, ELBOW)]
+    names = [f"{kind}{joint}" for kind in kinds for joint in table.inputs]
     return csv_table(["time", *names], [table.time, table.u, table.ud, table.udd])
 
 

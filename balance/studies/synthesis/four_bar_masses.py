@@ -35,21 +35,24 @@ def bare_space(name: str, urdf: bytes) -> DesignSpace:
 
 
 def balanced_masses(
-    space: DesignSpace, density: float | None = STEEL, thickness: float | None = None
+    space: DesignSpace,
+    density: float | None = STEEL,
+    thickness: float | None = None,
+    least: Mapping[str, float] = LEAST,
 ) -> tuple[bytes | None, Design]:
     """Find the least masses that balance a linkage, and its file.
-
-    A coupler has at least 1 kg, and a slider 0.1 kg.
 
     Args:
         density: density of its links at most, kg/m³; None for points.
         thickness: of the plates that its links are, metres; see `balance.design`.
+        least: least masses of links by name, kg; by default a coupler has at least 1 kg, and a
+            slider 0.1 kg.
 
     Returns:
         The bytes of the file, None if no masses balance it, and the design.
     """
     names = {body.name for body in space.linkage.bodies}
-    bounds = {name: (least, inf) for name, least in LEAST.items() if name in names}
+    bounds = {name: (value, inf) for name, value in least.items() if name in names}
     best = design(space, "mass", bounds=bounds, density=density, thickness=thickness)
     if best.verdict != "feasible":
         return None, best

@@ -31,7 +31,7 @@ class SynthesizedMechanism:
 
     Attributes:
         kind: ``"pantograph"``, ``"kite"``, ``"antiparallelogram"``, ``"slider-crank"``,
-            ``"geared four-bar"`` or ``"six-bar"``.
+            ``"geared four-bar"``, ``"six-bar"`` or ``"stack"``.
         pivots: by name, at the first position; metres, inertial frame, complex.
         link_turns: turn of the first link, or of the crank, from the first position to each,
             radians.
@@ -45,11 +45,13 @@ class SynthesizedMechanism:
         urdf: the file.
         coupling: what couples both links of a pantograph: a belt, which is in the file, or a
             slot, which no URDF file can have; None for the others, whose gears are in the file.
-        table: motion of its inputs, in the nonlinear case.
+        table: motion of its inputs, in the nonlinear case and of a stack.
         confirmation: what the core says of the file.
         numbers: lengths, masses and reduced inertias by name, SI units.
         first_position: displacements of the inputs from the pose of the file to position 1 by
             name, radians; empty if that is the pose of the file.
+        input_turns: of several inputs that are free: the turn of each from the first position
+            to each position, by name, radians; empty if there is one.
     """
 
     kind: str
@@ -68,6 +70,7 @@ class SynthesizedMechanism:
     confirmation: Confirmation
     numbers: dict[str, float] = field(default_factory=dict)
     first_position: dict[str, float] = field(default_factory=dict)
+    input_turns: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def to_urdf(self, path: str | PathLike[str] | None = None) -> bytes:
         """Return the file of the mechanism with its masses.
@@ -106,6 +109,7 @@ class SynthesizedMechanism:
             "confirmation": self.confirmation._asdict(),
             "numbers": self.numbers,
             "first_position": self.first_position,
+            "input_turns": {name: list(turns) for name, turns in self.input_turns.items()},
             "urdf": self.urdf.decode(),
         }
 
@@ -159,7 +163,8 @@ class Synthesis(WithPage, WithPicture):
             not (mechanism.defects or mechanism.confirmation.confirmed) and mechanism.meets
             for mechanism in self.mechanisms
         )
-        unsure = unsure or (self.count > 0 and not self.mechanisms)
+        # A stack has more dimensions than were tried.
+        unsure = unsure or (not self.mechanisms and (self.count > 0 or self.kind == "stack"))
         return "undecided" if unsure else "infeasible"
 
     @property
@@ -167,6 +172,8 @@ class Synthesis(WithPage, WithPicture):
         """The verdict in words."""
         if not self.mechanisms and self.count:
             return f"undecided: {self._without_matter()}"
+        if not self.mechanisms and self.kind == "stack":
+            return "undecided: none of the stacks that were tried reaches all positions"
         if not self.mechanisms:
             return "infeasible: no such mechanism passes through the positions"
         first = self.mechanisms[0]

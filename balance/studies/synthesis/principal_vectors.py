@@ -21,6 +21,9 @@ The first moments of the elements fulfil the first, and those of the rods the se
 bars with counter-masses, of the least change of their first moments. A drive that turns the
 elements in constant ratios with ``Σ J_i θ̇_i = 0`` then leaves no momentum.
 
+The other way round, masses of the elements fix their principal points (`principal_points`). An
+element 1 that is hinged to element n closes the chain; the forces stay balanced.
+
 Sources: J. P. Meijaard, V. van der Wijk, Principal vectors and equivalent mass descriptions
 for the equations of motion of planar four-bar mechanisms, Multibody System Dynamics 48, 2020;
 V. van der Wijk, PhD thesis, University of Twente, 2014. The decoupling by the rods is derived
@@ -30,6 +33,7 @@ here.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -47,6 +51,8 @@ Complex = NDArray[np.complex128]
 
 # Most elements: there are as many bodies as the square of their number.
 MOST = 8
+# Fewest elements of a closed chain that moves by itself.
+FEWEST_CLOSED = 4
 # Least principal vector over the size of the linkage: shorter ones make no parallelograms.
 SHORTEST = 1e-3
 # Moments about axes in the plane, of that about its normal.
@@ -65,17 +71,23 @@ class PrincipalVectors(NamedTuple):
         points: principal points P_1 to P_n at that pose, m.
         turns: of the elements, in constant ratios that a drive keeps; the first is not 0, and
             they have both signs. None leaves n freedoms.
-        element_mass: of each element, kg.
+        element_mass: of each element, kg; one number for all, or one for each.
         rod_mass: of each rod, with its counter-mass, kg.
         gyration: radius of gyration of each body about its centre, m.
+        decoupled: whether counter-masses on the rods decouple the turns; otherwise rods are
+            bars, and forces alone are balanced.
+        closing: a hinge between the first and the last element that closes the chain, at the
+            pose of the file, m; n - 2 freedoms are left. None for an open chain.
     """
 
     joints: tuple[complex, ...]
     points: tuple[complex, ...]
     turns: tuple[float, ...] | None = None
-    element_mass: float = 1.0
+    element_mass: float | tuple[float, ...] = 1.0
     rod_mass: float = 0.5
     gyration: float = 0.05
+    decoupled: bool = True
+    closing: complex | None = None
 
     def __repr__(self) -> str:
         """Two lines: the elements and rods, the drive."""
@@ -90,6 +102,12 @@ class PrincipalVectors(NamedTuple):
     def pivot(self) -> complex:
         """The pivot S on the base, and common centre of mass, m."""
         return sum(self.points) - sum(self.joints)
+
+    @property
+    def element_masses(self) -> tuple[float, ...]:
+        """Mass of each element, kg."""
+        given = self.element_mass
+        return given if isinstance(given, tuple) else (given,) * len(self.points)
 
 
 class _Body(NamedTuple):
@@ -171,12 +189,14 @@ class _Plan:
         self.bodies = [_Body(f"element{i + 1}", i, i, i) for i in range(n)]
         for i, k in combinations(range(n), 2):
             self.bodies += [_Body(_rod_name(i, k, side), side, i, k) for side in (i, k)]
-        heavy = vectors.element_mass, vectors.rod_mass
-        self.masses = np.array([heavy[body.first < body.last] for body in self.bodies])
+        rods = [vectors.rod_mass] * (len(self.bodies) - n)
+        self.masses = np.array([*vectors.element_masses, *rods])
 
     def balance(self) -> tuple[Complex, Array]:
         """Compute the constants α (bodies, n), m, and the moments of inertia (bodies,)."""
         alpha = self._alpha_of_bars()
+        if not self.vectors.decoupled:
+            return alpha, self._inertias(alpha)
         rods = range(self.n, len(self.bodies))
         # C is linear in the real and imaginary parts of what is added to first moments.
         start = self._couplings(alpha)
@@ -256,12 +276,16 @@ class _Plan:
             if k == n - 1 and i < k and (i == 0 or body.turns_with == i):
                 joint_name = f"turn{body.turns_with + 1}"
                 mimic = self._mimic(body.turns_with)
-                is_input = mimic is None
+                is_input = mimic is None and not self._follows(body.turns_with)
             hinge = make_elements.hinge(
                 joint_name, parent, body.name, _origin(at), mimic=mimic, independent=is_input
             )
             joints.append(hinge)
         return joints
+
+    def _follows(self, element: int) -> bool:
+        """Whether a closed chain determines the turn of an element: that of the last two."""
+        return self.vectors.closing is not None and element >= self.n - 2
 
     def _mimic(self, element: int) -> tuple[str, float, float] | None:
         """How the joint that turns an element follows the first; None if it is an input."""
@@ -281,6 +305,10 @@ class _Plan:
         for i in range(self.n - 1):
             ends = f"element{i + 1}", -self.a[i], f"element{i + 2}", -self.b[i + 1]
             sides.append(ends)
+        closing = self.vectors.closing
+        if closing is not None:
+            first, last = self.vectors.points[0], self.vectors.points[-1]
+            sides.append(("element1", closing - first, f"element{self.n}", closing - last))
         return [
             make_elements.loop(
                 f"{first}_{second}",
@@ -306,10 +334,8 @@ def _check(vectors: PrincipalVectors) -> None:
     lengths = np.abs(np.concatenate([P[:-1] - J, P[1:] - J]))
     if lengths.min() <= SHORTEST * lengths.max():
         raise UsageError("principal vectors: a principal point is at a joint: move it away")
-    for field in ("element_mass", "rod_mass", "gyration"):
-        value = getattr(vectors, field)
-        if not (math.isfinite(value) and value > 0.0):
-            raise UsageError(f"principal vectors: {field} = {value:g} must be positive")
+    _check_masses(vectors)
+    _check_closing(vectors)
     turns = vectors.turns
     if turns is None:
         return
@@ -317,6 +343,94 @@ def _check(vectors: PrincipalVectors) -> None:
         raise UsageError(f"principal vectors: give {n} turns, of which the first is not 0")
     if not min(turns) < 0.0 < max(turns):
         raise UsageError("principal vectors: all elements turn one way: let one turn against")
+
+
+def _check_masses(vectors: PrincipalVectors) -> None:
+    """Refuse masses that bodies cannot have, and too few of them."""
+    n, masses = len(vectors.points), vectors.element_masses
+    if len(masses) != n:
+        raise UsageError(f"principal vectors: {len(masses)} masses of {n} elements")
+    fields = [("element_mass", mass) for mass in masses]
+    fields += [("rod_mass", vectors.rod_mass), ("gyration", vectors.gyration)]
+    for field, value in fields:
+        if not (math.isfinite(value) and value > 0.0):
+            raise UsageError(f"principal vectors: {field} = {value:g} must be positive")
+
+
+def _check_closing(vectors: PrincipalVectors) -> None:
+    """Refuse a closed chain that is rigid, or whose turns follow a drive."""
+    if vectors.turns is not None and not vectors.decoupled:
+        raise UsageError("principal vectors: turns without momentum take decoupled = True")
+    if vectors.closing is None:
+        return
+    if len(vectors.points) < FEWEST_CLOSED:
+        raise UsageError(
+            f"principal vectors: a closed chain has {FEWEST_CLOSED} elements or more"
+        )
+    if vectors.turns is not None:
+        raise UsageError("principal vectors: turns of a closed chain are not constant")
+    apart = np.abs(np.array(vectors.joints)[[0, -1]] - vectors.closing)
+    size = np.abs(np.diff(vectors.joints)).max()
+    if not apart.min() > SHORTEST * size:
+        raise UsageError("principal vectors: the closing hinge is at a joint: move it away")
+
+
+def principal_points(
+    joints: Sequence[complex],
+    masses: Sequence[float],
+    centres: Sequence[complex],
+    rod_mass: float = 0.0,
+) -> tuple[complex, ...]:
+    """Compute the principal points of elements in series from their masses.
+
+    That of an element is the centre of its mass and of those of all elements on either side,
+    put at its joints:
+
+        P_i = (m_i s_i + M_before J_{i-1} + M_after J_i) / (m_i + M_before + M_after)
+
+    With rods that have mass, those hung from the nodes on a side count with that side, and half
+    of each bar along a principal vector of the element counts with the joint at its end.
+
+    Args:
+        joints: J_1 to J_{n-1} at a pose, m.
+        masses: of the elements (n,), kg.
+        centres: their centres of mass s_i at that pose (n,), m.
+        rod_mass: of each rod, kg.
+
+    Returns:
+        P_1 to P_n, m.
+
+    Raises:
+        UsageError: numbers do not fit, or a mass is not positive.
+
+    Source:
+        V. van der Wijk, PhD thesis, University of Twente, 2014; the rods are derived here from
+        ``K_i = 0``, see the module.
+
+    Example:
+        >>> import balance.studies
+        >>> balance.studies.principal_points([1.0], [1.0, 3.0], [0.5, 1.5])
+        ((0.875+0j), (1.375+0j))
+    """
+    n = len(masses)
+    if not (2 <= n <= MOST and len(centres) == n and len(joints) == n - 1):
+        raise UsageError(
+            f"principal points: give 2 to {MOST} masses, as many centres, and one joint less"
+        )
+    numbers = np.array([*joints, *centres, *masses, rod_mass])
+    if not np.isfinite(numbers).all() or min(masses) <= 0.0 or rod_mass < 0.0:
+        raise UsageError("principal points: give finite numbers and positive masses")
+    points = []
+    for i in range(n):
+        rods_before, rods_after = i * (i - 1), (n - 1 - i) * (n - 2 - i)
+        # Bars parallel to a principal vector: as many as nodes on that side.
+        before = sum(masses[:i]) + rod_mass * (rods_before + 0.5 * i)
+        after = sum(masses[i + 1 :]) + rod_mass * (rods_after + 0.5 * (n - 1 - i))
+        moment = masses[i] * complex(centres[i])
+        moment += before * complex(joints[i - 1]) if i else 0j
+        moment += after * complex(joints[i]) if i < n - 1 else 0j
+        points.append(moment / (masses[i] + before + after))
+    return tuple(points)
 
 
 def _rod_name(first: int, last: int, side: int) -> str:

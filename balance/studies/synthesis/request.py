@@ -53,12 +53,14 @@ class SynthesisRequest:
                 another kind.
         """
         chosen = (self.fixed is not None) + (self.moving is not None)
-        if len(self.positions) == 2 and chosen != 1:
+        if self.kind == "stack":
+            self._check_stack(chosen)
+        elif len(self.positions) == 2 and chosen != 1:
             raise UsageError(
                 "two positions leave one pivot free: choose the fixed or the moving one, by "
                 "--fixed or --moving"
             )
-        if len(self.positions) > 2 and chosen:
+        elif len(self.positions) > 2 and chosen:
             raise UsageError("three positions and more determine both pivots: choose none")
         if len(self.positions) > 3 and self.kind == "pantograph":
             raise UsageError(
@@ -95,6 +97,16 @@ class SynthesisRequest:
                 raise UsageError(
                     f"a window goes from a number to a larger one, both up to {FARTHEST:g} m"
                 )
+
+    def _check_stack(self, chosen: int) -> None:
+        """Refuse what a stack of three freedoms has no use for."""
+        if chosen:
+            raise UsageError(
+                "a stack meets its positions wherever it stands: leave out the fixed and the "
+                "moving pivot"
+            )
+        if self.within:
+            raise UsageError("a stack meets its positions: leave out 'within'")
 
     def _check_matter(self) -> None:
         """Refuse a density or a thickness that matter cannot have."""

@@ -58,6 +58,7 @@ from balance.studies.synthesis.rr_chain import (
     chain_from_three_positions,
     check_ratio,
 )
+from balance.studies.synthesis.stack_synthesis import decoupled_stack
 from balance.studies.synthesis.three_positions import CrossingMap, crossing_map, default_window
 from kinematics.errors import UsageError
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -69,6 +70,7 @@ COUPLERS = {
     "slider-crank": slider_cranks,
     "geared-four-bar": geared_four_bars,
     "six-bar": dyad_six_bars,
+    "stack": decoupled_stack,
 }
 KINDS = ("pantograph", *COUPLERS)
 """Kinds of mechanisms."""
@@ -106,16 +108,17 @@ def synthesize(
     and antiparallelograms whose coupler is the tool, which pass through up to four positions,
     and near more, in the sense of least squares; slider-cranks with crank and coupler of one
     length, through three, and near more; any four-bars, through up to five, with
-    counterweights and geared rotors; or any four-bars that a dyad makes six-bars which can be
-    balanced. Every mechanism is written as URDF and confirmed by the
-    design space and by Pinocchio.
+    counterweights and geared rotors; any four-bars that a dyad makes six-bars which can be
+    balanced; or three antiparallelograms, each on the coupler of the one before, with three
+    freedoms that are balanced and decoupled, through up to twenty. Every mechanism is written
+    as URDF and confirmed by the design space and by Pinocchio.
 
     Args:
         positions: of the tool: x and y in metres, the angle in radians; inertial frame.
         ratio: k, negative; -1 by default.
         nonlinear: whether the ratio varies with the pose.
-        kind: ``"pantograph"``, ``"four-bar"``, ``"slider-crank"``, ``"geared-four-bar"`` or
-            ``"six-bar"``.
+        kind: ``"pantograph"``, ``"four-bar"``, ``"slider-crank"``, ``"geared-four-bar"``,
+            ``"six-bar"`` or ``"stack"``.
         fixed: the pivot on the base, for two positions; complex, metres.
         moving: or the one on the tool, at the first position.
         masses: of the pantograph. In the linear case s3 and a moment of inertia are changed.

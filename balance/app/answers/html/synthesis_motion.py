@@ -22,7 +22,7 @@ from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
 
 # Links that carry the tool, in the files of the kinds.
-TOOLS = {"pantograph": "link2"}
+TOOLS = {"pantograph": "link2", "stack": "coupler_3"}
 COUPLER = "coupler"
 # Samples of the motion, and most of a table.
 SAMPLES = 121

@@ -58,6 +58,10 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
         inputs = mechanism.first_position.items()
         at = ", ".join(f"{name}={number_text(x, '.9g')} rad" for name, x in inputs)
         pairs.append(("file pose", f"away from position 1, which is nearly flat, at {at}"))
+    coupling = mechanism.confirmation.coupling
+    if coupling is not None:
+        size = size_text(coupling, floor=SYNTHESIS_MOMENTUM)
+        pairs.append(("decoupled", f"inertia between inputs {size} of their own"))
     numbers = mechanism.numbers
     if "transmission_angle" in numbers:
         angle = number_text(math.degrees(numbers["transmission_angle"]), ".3g")
@@ -105,9 +109,11 @@ def _row(mechanism: SynthesizedMechanism) -> tuple[str, ...]:
         f"{name} ({number_text(z.real, '.5g')}, {number_text(z.imag, '.5g')})"
         for name, z in mechanism.pivots.items()
     )
-    turns = ", ".join(
-        number_text(math.degrees(turn), ".5g") for turn in mechanism.link_turns[1:]
-    )
+    inputs = mechanism.input_turns or {"": mechanism.link_turns}
+    turns = "; ".join(
+        f"{name} {', '.join(number_text(math.degrees(turn), '.5g') for turn in values[1:])}"
+        for name, values in inputs.items()
+    ).strip()
     sizes = (
         NONE if value is None else size_text(value, floor=floor)
         for value, floor in (

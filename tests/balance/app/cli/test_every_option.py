@@ -195,7 +195,9 @@ def test_every_choice(choice, tmp_path):
         words = [*verb.split(), model, name, word, *needed(verb, [name]), "--json"]
         words = filled(words, model, tmp_path)
         if verb == "synthesize":
-            words = [verb, *POSITIONS, "--fixed", "0.2,-0.1", name, word, "--json"]
+            # A stack meets two positions wherever it stands.
+            pivot = [] if word == "stack" else ["--fixed", "0.2,-0.1"]
+            words = [verb, *POSITIONS, *pivot, name, word, "--json"]
         words += ["--trajectories", "1"] * (verb == "verify")
         words += ["--only", "own_masses"] * (verb == "remedies")
         check(words, asked(words))

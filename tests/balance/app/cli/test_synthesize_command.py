@@ -83,6 +83,7 @@ def test_random_nonlinear_syntheses_through_the_commands(capsys, tmp_path):
         ("--kind four-bar --moving=0.2,-0.1", "four-bar", {"kite", "antiparallelogram"}),
         ("--kind slider-crank --moving=0.2,-0.1", "slider-crank", {"slider-crank"}),
         ("--kind six-bar --moving=0.2,-0.1", "six-bar", {"six-bar"}),
+        ("--kind stack", "stack", {"stack"}),
     ],
 )
 def test_kinds_pages_and_pictures(words, case, kinds, capsys, tmp_path):
@@ -146,6 +147,9 @@ EXTREME = {
     ("--positions 'x' --fixed 1,1", 2, "is not x,y,deg"),
     ("--positions '0,0,nan; 1,1,1' --fixed 1,1", 2, "is not x,y,deg"),
     (f"--positions '{TWO}'", 2, "choose the fixed or the moving one"),
+    (f"--positions '{TWO}' --kind stack --fixed 0,1", 2, "meets its positions wherever"),
+    (f"--positions '{TWO}' --kind stack --within 1mm", 2, "leave out 'within'"),
+    ("--positions '0,0,0; 0,0,170' --kind stack", 3, "turns by up to 153°"),
     (f"--positions '{TWO}' --fixed 0,1 --ratio 0", 2, "k = 0"),
     (f"--positions '{TWO}' --fixed 0,1 --ratio 1", 2, "k = 1"),
     (f"--positions '{TWO}' --fixed 0,1 --ratio 0.5", 3, "the same way"),

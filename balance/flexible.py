@@ -24,7 +24,7 @@
 from __future__ import annotations
 
 from balance.motion.flexible.beam import Beam
-from balance.motion.flexible.free_modes import FreeMode, free_modes
+from balance.motion.flexible.free_beam_modes import FreeMode, free_modes
 from balance.motion.flexible.linkage_motion import FlexibleSimulation, simulate_flexible
 from balance.motion.flexible.similarity import (
     Arm,
@@ -39,7 +39,7 @@ from balance.motion.flexible.support_points import (
     static_deflection,
     support_points,
 )
-from balance.motion.flexible.supported_modes import (
+from balance.motion.flexible.supported_beam_modes import (
     Clamp,
     EndBody,
     Support,

@@ -23,8 +23,8 @@ from balance.space.momentum.momentum_lines import (
     momentum_lines,
     momentum_wrenches,
 )
-from balance.space.momentum.momentum_taylor_series import MomentumTaylor, momentum_taylor
 from balance.space.momentum.regressor import momentum_regressor
+from balance.space.momentum.regressor_polynomial import MomentumTaylor, momentum_taylor
 
 __all__ = [
     "Meeting",

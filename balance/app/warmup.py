@@ -20,8 +20,8 @@ from balance.space.certification.certify_space import certify
 from balance.space.interpretation.explain import explain
 from balance.space.many.many_geometries import design_space_many
 from balance.space.many.placing_kernels import points_on_axes
-from balance.space.momentum.momentum_taylor_series import momentum_taylor
 from balance.space.momentum.regressor import momentum_regressor
+from balance.space.momentum.regressor_polynomial import momentum_taylor
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.studies.sweeps.sweep import sweep

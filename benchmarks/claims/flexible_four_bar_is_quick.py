@@ -12,11 +12,11 @@ from balance.motion.flexible.beam import Beam
 from balance.motion.flexible.build_beam import BeamOptions
 from balance.motion.flexible.drives import spin_up
 from balance.motion.flexible.flex_links import parse_flex_link
-from balance.motion.flexible.free_modes import free_modes
+from balance.motion.flexible.free_beam_modes import free_modes
 from balance.motion.flexible.from_linkage import flexible_linkage
 from balance.motion.flexible.simulate import simulate
 from balance.motion.flexible.support_points import support_points
-from balance.motion.flexible.supported_modes import Support, supported_modes
+from balance.motion.flexible.supported_beam_modes import Support, supported_modes
 from benchmarks.peers import library
 from benchmarks.peers.exudyn_four_bar import peak_force
 from kinematics import ScrewJoint, from_screws

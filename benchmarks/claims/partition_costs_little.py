@@ -13,7 +13,7 @@ from balance import design_space
 from balance.space.certification.exact_ranks import exact_ranks
 from balance.space.spaces import compute_space
 from balance.space.spaces.design_space import DesignSpace
-from balance.space.transfers.compute_transfers import Transfers, serial_transfers
+from balance.space.transfers.serial_part import Transfers, serial_transfers
 from benchmarks.inputs.geometry import resized
 from kinematics.loading.model_gallery import gallery, load
 from kinematics.model.arrays import Chain

@@ -37,7 +37,7 @@ from balance.app.cli.outputs import (
 from balance.app.cli.progress import progress_bar
 
 if TYPE_CHECKING:
-    from balance.motion.flexible.free_modes import FreeMode
+    from balance.motion.flexible.free_beam_modes import FreeMode
     from balance.motion.flexible.similarity import Arm
     from balance.motion.flexible.simulate import FlexibleMotion
     from balance.motion.flexible.translators import TranslatorMotion
@@ -104,11 +104,11 @@ def _modes(arguments: argparse.Namespace) -> Answer:
     if arguments.beam is None:
         if arguments.pin or arguments.clamp or arguments.tip:
             arguments.refuse("--pin, --clamp and --tip need --beam")
-        from balance.motion.flexible.free_modes import free_modes
+        from balance.motion.flexible.free_beam_modes import free_modes
 
         return _free_modes(free_modes(arguments.count), kind_of(arguments.plot))
     from balance.app.answers.text.flexible import supported_modes_table
-    from balance.motion.flexible.supported_modes import Clamp, Support, supported_modes
+    from balance.motion.flexible.supported_beam_modes import Clamp, Support, supported_modes
 
     supports = [Support(*points) for points in arguments.pin]
     clamps = [Clamp(s) for s in arguments.clamp]

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from balance.motion.flexible.beam import Beam
     from balance.motion.flexible.drives import DriveProfile
     from balance.motion.flexible.similarity import Arm
-    from balance.motion.flexible.supported_modes import EndBody
+    from balance.motion.flexible.supported_beam_modes import EndBody
 
 
 ARM_NUMBERS = {
@@ -39,7 +39,7 @@ def support_position(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 def tip_of(text: str) -> EndBody:
     """Parse ``MASS``, ``MASS,INERTIA`` or ``MASS,INERTIA,OFFSET``; numbers from 0 up."""
-    from balance.motion.flexible.supported_modes import EndBody
+    from balance.motion.flexible.supported_beam_modes import EndBody
 
     values = [finite_number(word) for word in text.split(",")]
     if not 1 <= len(values) <= 3 or min(values) < 0.0 or values[0] == 0.0:

@@ -10,7 +10,7 @@ import numpy as np
 
 from balance.masses.counterweights.added_program import IDLE_MASS_PRICE, AddedObjective
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
-from balance.masses.counterweights.decide import decide
+from balance.masses.counterweights.decide_points import decide
 from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
 from balance.masses.counterweights.moved_matter import moved_links
 from balance.masses.counterweights.regions import Region

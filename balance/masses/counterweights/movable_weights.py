@@ -21,7 +21,7 @@ from balance.masses.counterweights.added_program import (
     build_added_program,
     conic_arguments,
 )
-from balance.masses.counterweights.decide import balance_residual
+from balance.masses.counterweights.decide_points import balance_residual
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters

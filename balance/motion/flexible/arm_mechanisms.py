@@ -18,7 +18,7 @@ from balance.motion.flexible.drives import Profile
 from balance.motion.flexible.mechanism import PlanarMechanism
 from balance.motion.flexible.mechanism_types import JointDrive, MechanismJoint, On
 from balance.motion.flexible.similarity import Arm
-from balance.motion.flexible.supported_modes import Clamp, EndBody, Support
+from balance.motion.flexible.supported_beam_modes import Clamp, EndBody, Support
 from kinematics.errors import LinkageError
 from kinematics.numerics.array_types import Array
 

@@ -19,7 +19,7 @@ from balance.motion.flexible.beam import (
     uniform_mesh,
 )
 from balance.motion.flexible.beam_part import BeamPart, Marker
-from balance.motion.flexible.supported_modes import (
+from balance.motion.flexible.supported_beam_modes import (
     Clamp,
     EndBody,
     Support,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from balance.motion.flexible.free_modes import FLEX_SCHEMA, FreeMode
+from balance.motion.flexible.free_beam_modes import FLEX_SCHEMA, FreeMode
 from balance.motion.flexible.from_linkage import FlexibleLinkage
 from balance.motion.flexible.similarity import Arm, Similarity
 from balance.motion.flexible.simulate import FlexibleMotion

@@ -15,7 +15,7 @@ from balance.motion.flexible.flex_links import FlexLink
 from balance.motion.flexible.mechanism import PlanarMechanism
 from balance.motion.flexible.mechanism_types import GearRelation, JointDrive, MechanismJoint, On
 from balance.motion.flexible.support_points import support_points
-from balance.motion.flexible.supported_modes import Clamp, EndBody, Support
+from balance.motion.flexible.supported_beam_modes import Clamp, EndBody, Support
 from kinematics.errors import BodyError, LinkageError
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.plane import plane_axes

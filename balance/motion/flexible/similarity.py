@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from balance.motion.flexible.beam import Beam
-from balance.motion.flexible.supported_modes import Clamp, EndBody, supported_modes
+from balance.motion.flexible.supported_beam_modes import Clamp, EndBody, supported_modes
 from kinematics.errors import LinkageError
 from kinematics.wording import repr_lines
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.motion.flexible.free_modes import (
+from balance.motion.flexible.free_beam_modes import (
     FLEX_SCHEMA,
     mode_numbers,
     mode_shape,

@@ -27,7 +27,7 @@ from balance.space.exact.serial import ExactTransfer
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import Order, rank_table
-from balance.space.transfers.compute_transfers import Transfers, serial_transfers
+from balance.space.transfers.serial_part import Transfers, serial_transfers
 from balance.support.tolerances import KNOWN_RANK_RELATIVE
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.model.arrays import Chain, Frame

@@ -33,9 +33,9 @@ from balance.space.many.placing_kernels import find_wrong_screw, place_geometry,
 from balance.space.momentum.regressor import parameters_per_body, rows_per_column
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace, square_doubt
-from balance.space.transfers.compute_transfers import serial_transfers
 from balance.space.transfers.lane_transfers import lane_transfers
 from balance.space.transfers.rigid_parts import number_rigid_parts
+from balance.space.transfers.serial_part import serial_transfers
 from balance.support.options import Balance
 from balance.support.tolerances import SWEEP_PIVOT_CLEAR
 from kinematics.closure.assembly.assemble import assemble

@@ -14,7 +14,7 @@ from balance.space.conditions.order_kernels import (
     planar_conditions_up_to_order,
     spatial_conditions_up_to_order,
 )
-from balance.space.transfers.compute_transfers import search_transfers, search_workspace
+from balance.space.transfers.serial_part import search_transfers, search_workspace
 from balance.support.tolerances import (
     DROPPED_CLEARLY,
     KEPT_CLEARLY,

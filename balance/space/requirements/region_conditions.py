@@ -36,7 +36,7 @@ from balance.space.requirements.curves import (
 )
 from balance.space.requirements.requirement import Requirement
 from balance.space.spaces.compute_space import design_space
-from balance.space.transfers.compute_transfers import serial_transfers
+from balance.space.transfers.serial_part import serial_transfers
 from kinematics.closure.assembly.assemble import moving_chain
 from kinematics.closure.continuation import continue_along
 from kinematics.closure.joint_positions import joint_positions

@@ -15,7 +15,7 @@ from balance.space.requirements.region_conditions import CommonData, RegionCondi
 from balance.space.spaces.certainty import Certainty
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.space_data import RequirementRank
-from balance.space.transfers.compute_transfers import serial_transfers
+from balance.space.transfers.serial_part import serial_transfers
 from kinematics.model.linkage import Notice, names_of
 from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, first_names, html_facts, repr_lines

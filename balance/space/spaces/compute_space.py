@@ -21,7 +21,7 @@ from balance.space.momentum.regressor import parameters_per_body
 from balance.space.spaces.design_space import DesignSpace
 from balance.space.spaces.first_orders import FirstOrders, first_orders
 from balance.space.spaces.space_data import rank_table
-from balance.space.transfers.compute_transfers import Transfers, serial_transfers
+from balance.space.transfers.serial_part import Transfers, serial_transfers
 from balance.support.later_fields import with_later_fields
 from balance.support.options import Balance
 from kinematics.closure.assembly.assemble import moving_chain

@@ -22,7 +22,7 @@ from balance.space.spaces.given_masses import AsGiven, keeps_centre_of_mass, res
 from balance.space.spaces.readings import Reading
 from balance.space.spaces.space_data import RequirementRank, SpaceData
 from balance.space.transfers.by_joint import Transfer, by_joint
-from balance.space.transfers.compute_transfers import Transfers
+from balance.space.transfers.serial_part import Transfers
 from balance.support.later_fields import LaterFields
 from balance.support.result_files import WithPage
 from balance.support.tolerances import (

@@ -26,13 +26,13 @@ from balance.space.conditions.order_kernels import (
 from balance.space.conditions.rank import Conditions, Pivots
 from balance.space.momentum.regressor import parameters_per_body, rows_per_column
 from balance.space.spaces.space_data import Order, rank_table
-from balance.space.transfers.compute_transfers import (
+from balance.space.transfers.rigid_parts import number_rigid_parts
+from balance.space.transfers.serial_part import (
     Transfers,
     enough_states,
     search_transfers,
     search_workspace,
 )
-from balance.space.transfers.rigid_parts import number_rigid_parts
 from kinematics.model.arrays import Chain
 from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.compiled.jit import kernel

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.space.inertial_parameters.conversions import from_chain
-from balance.space.transfers.compute_transfers import Transfers
+from balance.space.transfers.serial_part import Transfers
 from balance.support.tolerances import TRANSFER_ENTRY_ROUND_OFF
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, names_of

@@ -3,7 +3,7 @@
 Where every rigid part has a body, the transfers of a plane follow from the kinds of the joints:
 a revolute joint passes the point mass on its axis, ``(1, x, y, x² + y²)``, a prismatic one the
 pure inertia, and the displacement along it if nothing turns below. (For force balance: mass at
-the axis, and all displacements.) `balance.space.transfers.compute_transfers` finds the same by
+the axis, and all displacements.) `balance.space.transfers.serial_part` finds the same by
 a search, geometry by geometry.
 """
 
@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from balance.space.momentum.regressor import parameters_per_body
-from balance.space.transfers.compute_transfers import serial_transfers
 from balance.space.transfers.rigid_parts import number_rigid_parts
+from balance.space.transfers.serial_part import serial_transfers
 from kinematics.model.arrays import Chain
 from kinematics.numerics.array_types import IntArray
 from kinematics.numerics.compiled.jit import kernel

@@ -9,11 +9,11 @@ import numpy as np
 
 from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.time_panels import COLOURS, STYLES
-from balance.motion.flexible.free_modes import FreeMode, mode_shape
+from balance.motion.flexible.free_beam_modes import FreeMode, mode_shape
 from balance.motion.flexible.linkage_motion import FlexibleSimulation
 from balance.motion.flexible.simulate import FlexibleMotion
 from balance.motion.flexible.support_points import SupportPoints
-from balance.motion.flexible.supported_modes import SupportedModes
+from balance.motion.flexible.supported_beam_modes import SupportedModes
 
 MOST_CURVES = 6
 SMALL_FORCE = 0.05

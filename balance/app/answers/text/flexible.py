@@ -9,12 +9,12 @@ import numpy as np
 
 from balance.app.answers.answer import AnswerBody, AnswerTable, Facts
 from balance.motion.flexible.flex_data import beam_deflection, moment_about
-from balance.motion.flexible.free_modes import FreeMode
+from balance.motion.flexible.free_beam_modes import FreeMode
 from balance.motion.flexible.from_linkage import FlexibleLinkage
 from balance.motion.flexible.similarity import Arm, Similarity
 from balance.motion.flexible.simulate import FlexibleMotion
 from balance.motion.flexible.support_points import STATIC_POINT, SupportPoints
-from balance.motion.flexible.supported_modes import SupportedModes
+from balance.motion.flexible.supported_beam_modes import SupportedModes
 from balance.motion.flexible.translators import TranslatorMotion
 from kinematics.wording import number_text, size_text
 

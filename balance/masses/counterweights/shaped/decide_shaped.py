@@ -23,7 +23,7 @@ import numpy as np
 from balance.masses.counterweights.added_program import AddedProgram, build_added_program
 from balance.masses.counterweights.counterweight import filled_counterweight
 from balance.masses.counterweights.counterweights_result import Counterweights
-from balance.masses.counterweights.decide import balance_residual, with_moments
+from balance.masses.counterweights.decide_points import balance_residual, with_moments
 from balance.masses.counterweights.regions import Region, ball_region
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
 from balance.masses.counterweights.shaped.sectors import decide_sectors, fan_of

@@ -16,7 +16,7 @@ from balance.masses.counterweights.added_program import (
 )
 from balance.masses.counterweights.counterweight import change_words, filled_counterweight
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
-from balance.masses.counterweights.decide import balance_residual, decide, with_moments
+from balance.masses.counterweights.decide_points import balance_residual, decide, with_moments
 from balance.masses.counterweights.moved_matter import moved_masses
 from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.masses.counterweights.volume.fill_program import (

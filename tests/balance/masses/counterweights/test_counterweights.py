@@ -11,7 +11,7 @@ import balance
 from balance.app.answers.html.added_matter import outlines
 from balance.app.answers.html.counterweights import counterweights_page
 from balance.app.cli.main import main
-from balance.masses.counterweights.decide import balance_residual
+from balance.masses.counterweights.decide_points import balance_residual
 from balance.masses.counterweights.exclusion import check_exclusion
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.region_text import read_region

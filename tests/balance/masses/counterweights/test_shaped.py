@@ -8,7 +8,7 @@ from scipy.optimize import brentq, linprog, minimize
 
 import balance
 from balance.app.cli.main import main
-from balance.masses.counterweights.decide import balance_residual
+from balance.masses.counterweights.decide_points import balance_residual
 from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.shaped.sectors import fan_of
 from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes

@@ -12,13 +12,18 @@ import pytest
 from balance.app.answers.text.flexible import supported_modes_table
 from balance.app.answers.text.render import body_text
 from balance.motion.flexible.beam import Beam
-from balance.motion.flexible.free_modes import free_modes, mode_shape, mode_slope
+from balance.motion.flexible.free_beam_modes import free_modes, mode_shape, mode_slope
 from balance.motion.flexible.support_points import (
     STATIC_POINT,
     static_deflection,
     support_points,
 )
-from balance.motion.flexible.supported_modes import Clamp, EndBody, Support, supported_modes
+from balance.motion.flexible.supported_beam_modes import (
+    Clamp,
+    EndBody,
+    Support,
+    supported_modes,
+)
 from kinematics.errors import LinkageError
 
 # [M] Table 1: frequencies and zeros with ξ > 0.

@@ -10,7 +10,7 @@ from balance import design_space
 from balance.space.conditions.rank import Decision
 from balance.space.spaces import compute_space
 from balance.space.spaces.design_space import DesignSpace
-from balance.space.transfers.compute_transfers import serial_transfers
+from balance.space.transfers.serial_part import serial_transfers
 from balance.support.later_fields import LaterFields, with_later_fields
 from kinematics import load
 

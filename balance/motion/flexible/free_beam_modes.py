@@ -74,7 +74,7 @@ def free_modes(count: int) -> tuple[FreeMode, ...]:
         UsageError: the count is out of range.
 
     Example:
-        >>> from balance.motion.flexible.free_modes import free_modes
+        >>> from balance.motion.flexible.free_beam_modes import free_modes
         >>> round(free_modes(1)[0].zeros[0], 12)
         0.275842477298
     """

@@ -16,7 +16,7 @@ from balance.motion.flexible.beam import (
     strain_rows,
     uniform_mesh,
 )
-from balance.motion.flexible.free_modes import FLEX_SCHEMA
+from balance.motion.flexible.free_beam_modes import FLEX_SCHEMA
 from balance.motion.motion_tolerances import MODE_PEAKS_EQUAL, RIGID_MOTION_HELD
 from balance.support.result_files import WithPicture
 from kinematics.errors import LinkageError
@@ -117,7 +117,7 @@ def supported_modes(
 
     Example:
         >>> from balance.motion.flexible.beam import Beam
-        >>> from balance.motion.flexible.supported_modes import Support, supported_modes
+        >>> from balance.motion.flexible.supported_beam_modes import Support, supported_modes
         >>> pinned = supported_modes(Beam(1, 1, 1), [Support((0.0,)), Support((1.0,))], 1)
         >>> round(float(pinned.frequencies[0]), 4)
         9.8696

@@ -309,7 +309,7 @@ PRICE_NEGATIVE = 1e-8
 # body and of the sizes of the regions; and round-off of their objective, and of its curvature.
 FILL_RESIDUAL = 1e-13
 FILL_ROUND_OFF = 1e-14
-# Gain of their objective that a step foretells, relative to it: below the first few rays tell
+# Gain of their objective that a step predicts, relative to it: below the first few rays tell
 # no more, and below the second values have too much round-off to tell whether a step gains.
 # Part of the radius up to which the length of a step is that of the radius.
 FILL_SETTLED = 1e-5

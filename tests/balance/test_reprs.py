@@ -163,6 +163,7 @@ def results_of_masses(space, none):
         (rotors.sets[0], "u1"),
         (synthesis, "feasible: 1 mechanism"),
         (synthesis.mechanisms[0], "confirmed"),
+        (balance.studies.FourBarPlatform(), "3 legs"),
         (balance.studies.PantographMasses(*[0.5] * 13), "3 kg"),
         (balance.studies.StackedChains(), "11 kg"),
         (balance.studies.StackedFourBar(), "antiparallelogram, crank and base 0.2 and 0.6 m"),

@@ -1,1 +1,1 @@
-"""Taylor motions put to use: poses that they foretell, their error, and the momentum."""
+"""Taylor motions put to use: poses that they predict, their error, and the momentum."""

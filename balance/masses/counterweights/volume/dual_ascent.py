@@ -3,8 +3,9 @@
 The dual ``y·r - Σ_b h_b(y·A_b - C_b)`` of `fill_program` is smooth and concave: its gradient is
 what the parts leave of the conditions, and minus its second derivative H is an integral over
 their inner surfaces. A step maximises ``g·s - ½ s·H s`` within a radius, which follows from how
-well the steps before were foretold. Where a part is nearly empty H is nearly singular and grows
-along a step; the mean of both ends of a step that failed foretells the next one better.
+well this predicted the gains of the steps before. Where a part is nearly empty, H is nearly
+singular and grows along a step; the mean of H at both ends of a rejected step predicts the
+next one better.
 
 Source: trust regions, J. J. Moré, D. C. Sorensen, SIAM J. Sci. Stat. Comput. 4(3), 1983.
 """
@@ -37,7 +38,7 @@ from kinematics.numerics.array_types import Array
 
 # First radius over the size of y; factors of it after bad and good steps.
 RADIUS, SHRINK, GROW = 0.05, 0.4, 2.5
-# Part of the foretold gain that a step needs to be taken, below which the radius shrinks, and
+# Part of the predicted gain that a step needs to be taken, below which the radius shrinks, and
 # above which it grows.
 TAKEN, BAD, GOOD = 1e-2, 0.25, 0.75
 # Most steps with few and with many rays, and most of Newton's method for the length of one.
@@ -94,12 +95,12 @@ class _Step(NamedTuple):
 
     Attributes:
         change: s (ρ,).
-        foretold: gain of the dual if H was constant.
+        predicted: gain of the dual if H was constant.
         bounded: whether the radius bounds it.
     """
 
     change: Array
-    foretold: float
+    predicted: float
     bounded: bool
 
 
@@ -121,19 +122,19 @@ class _Ascent:
         H = self._curvature(self.y, rays)
         settled = FILL_SETTLED if rays == COARSE else 0.0
         for _ in range(most):
-            left = float(np.linalg.norm(gradient))
+            residual = float(np.linalg.norm(gradient))
             step = _best_step(H, gradient, self._radius)
-            enough = not step.bounded and step.foretold <= settled * abs(value)
-            if left <= FILL_RESIDUAL or enough:
+            enough = not step.bounded and step.predicted <= settled * abs(value)
+            if residual <= FILL_RESIDUAL or enough:
                 break
             at = self.y + step.change
             new_value, new_gradient = self._dual(at, rays)
             # Values have round-off; near the maximum what is left of the conditions decides.
-            if step.foretold <= FILL_VALUE_SURE * abs(value):
-                taken = float(np.linalg.norm(new_gradient)) < left
+            if step.predicted <= FILL_VALUE_SURE * abs(value):
+                taken = float(np.linalg.norm(new_gradient)) < residual
                 share = 1.0 if taken else 0.0
             else:
-                share = (new_value - value) / step.foretold
+                share = (new_value - value) / step.predicted
                 taken = share > TAKEN
             self._adapt(step, share)
             if not taken:
@@ -155,7 +156,7 @@ class _Ascent:
         return float(np.linalg.norm(gradient)) <= COUNTERWEIGHT_RESIDUAL
 
     def _adapt(self, step: _Step, share: float) -> None:
-        """Adapt the radius to the part of its foretold gain that a step had."""
+        """Adapt the radius to the part of its predicted gain that a step had."""
         length = float(np.linalg.norm(step.change))
         if share < BAD:
             self._radius = SHRINK * length
@@ -190,13 +191,13 @@ def _best_step(H: Array, gradient: Array, radius: float) -> _Step:
     """
     values, V = np.linalg.eigh(H)
     values, g = np.maximum(values, 0.0), V.T @ gradient
-    more = least = FILL_ROUND_OFF * (1.0 + float(values.sum()))
+    damping = least = FILL_ROUND_OFF * (1.0 + float(values.sum()))
     for _ in range(MOST_LENGTHS):
-        s = g / (values + more)
+        s = g / (values + damping)
         length = float(np.linalg.norm(s))
         if length <= (1.0 + FILL_STEP_SOLVED) * radius:
             break
-        slope = float((s * s / (values + more)).sum()) / length
-        more += (length / radius - 1.0) * length / slope
-    foretold = float(g @ s) - 0.5 * float(values @ (s * s))
-    return _Step(V @ s, foretold, more > least)
+        slope = float((s * s / (values + damping)).sum()) / length
+        damping += (length / radius - 1.0) * length / slope
+    predicted = float(g @ s) - 0.5 * float(values @ (s * s))
+    return _Step(V @ s, predicted, damping > least)

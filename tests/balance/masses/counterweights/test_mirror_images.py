@@ -101,8 +101,8 @@ def test_a_step_is_the_best_within_its_radius():
         others = np.vstack([others, 0.99 * step.change + 0.01 * others])
         others *= np.minimum(1.0, length / np.linalg.norm(others, axis=1))[:, None]
         gains = others @ g - 0.5 * np.einsum("ni,ij,nj->n", others, H, others)
-        assert gains.max() <= step.foretold + 1e-12
-        assert step.foretold == pytest.approx(
+        assert gains.max() <= step.predicted + 1e-12
+        assert step.predicted == pytest.approx(
             g @ step.change - 0.5 * step.change @ H @ step.change, rel=1e-9
         )
 

@@ -13,12 +13,15 @@ import pytest
 
 from balance.masses.remedies.compare import compare_request
 from balance.masses.remedies.request import RemedyRequest
-from kinematics.loading.model_gallery import as_linkage
+from kinematics.loading.model_gallery import as_linkage, robots
 
 MODELS = (
     "four_bar_general",
     "slider_crank",
-    "double_pendulum",
+    pytest.param(
+        "double_pendulum",
+        marks=pytest.mark.skipif(not robots(), reason="needs example-robot-data"),
+    ),
     "five_bar",
     "four_bar_kite",
     "four_bar_parallelogram",

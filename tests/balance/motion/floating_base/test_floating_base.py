@@ -202,7 +202,7 @@ def test_a_table_of_any_number_of_samples(samples):
 def test_drift_is_noticed(monkeypatch):
     """A wrong force in the equations breaks the balance of energy."""
     monkeypatch.setattr(
-        "balance.motion.floating_base.dynamics._turn", lambda t, h: np.zeros(h.shape)
+        "balance.motion.floating_base.dynamics.turn_momenta", lambda t, h: np.zeros(h.shape)
     )
     found = simulate_floating_base("four_bar_general", BASE, initial={"wz": 3.0}, duration=0.5)
     assert not found.agreed and found.verdict == "no verdict"

@@ -150,4 +150,4 @@ def test_caps_that_cannot_be_kept_are_the_reason():
     )
     assert table["reduce"].tolist() == ["infeasible"] and np.isnan(table["budget_used"][0])
     assert np.isnan(table["peak_force_reduced"][0]) and table["peak_force"][0] > 0.0
-    assert table["reason"][0].startswith("reduce: infeasible: no matter within # kg")
+    assert table["reason"][0].startswith("reduce: infeasible: no matter within … kg")

@@ -22,7 +22,7 @@ def test_kinematics_alone_warms_up_single_and_many_poses(monkeypatch):
     assert expanded_at_many == linkages
 
 
-@pytest.mark.parametrize(("verb", "first"), [("verify", "_move"), ("report", "_find_space")])
+@pytest.mark.parametrize(("verb", "first"), [("verify", "_follow"), ("report", "_find_space")])
 def test_the_kernels_that_a_command_needs_come_first(verb, first, monkeypatch):
     run = []
     monkeypatch.setattr(
@@ -30,4 +30,4 @@ def test_the_kernels_that_a_command_needs_come_first(verb, first, monkeypatch):
     )
     monkeypatch.setattr(balance_warmup, "waiting_verb", lambda: verb)
     assert list(balance_warmup.warm_up_single([])) == []
-    assert run[0].__name__ == first and len({*run}) == len(run) == 4
+    assert run[0].__name__ == first and len({*run}) == len(run) == 5

@@ -20,8 +20,8 @@ from balance.masses.counterweights.volume.rays import Rays, positive_intervals, 
 from balance.support.tolerances import PART_ROUND_OFF
 from kinematics.numerics.array_types import Array
 
-# Rays of a section for one in space; nodes along a ray, and along the thickness.
-FEWER, NODES, ACROSS = 20, 10, 3
+# Rays of a section for one in space; nodes along a ray, along the thickness, and round a disc.
+FEWER, NODES, ACROSS, AROUND = 20, 10, 3, 5
 
 
 def section_moments(
@@ -88,6 +88,33 @@ def section_products(
             values = (v[:, :, None] * v[:, None, :]).reshape(-1, 16) @ flat
             total += (2.0 * share * half * weights * values.T) @ values
     return total
+
+
+def disc_products(normal: Array, constant: float, basis: Array) -> Array:
+    """Integrate products of polynomials over the disc of the unit ball where a plane cuts it.
+
+    Args:
+        normal: any vector (3,); the plane is ``normal·u + constant = 0``.
+        constant: constant part.
+        basis: symmetric matrices (n, 4, 4) of the polynomials f.
+
+    Returns:
+        ``∫ f_i f_j dS / |normal|`` (n, n); zero if the plane misses the ball.
+    """
+    size = float(np.linalg.norm(normal))
+    if abs(constant) >= size:
+        return np.zeros((len(basis), len(basis)))
+    axis, height = normal / size, -constant / size
+    # Of radius and angle polynomials of degree 4 are integrated exactly.
+    squares, shares = unit_gauss(ACROSS)
+    ways = _ways(axis.tobytes(), AROUND)
+    area = np.pi * (1.0 - height) * (1.0 + height)
+    radii = np.sqrt((1.0 - height) * (1.0 + height) * squares)
+    points = height * axis + (radii[:, None, None] * ways.T).reshape(-1, 3)
+    weights = area / size * np.repeat(shares / AROUND, AROUND)
+    v = np.column_stack([points, np.ones(len(points))])
+    values = (v[:, :, None] * v[:, None, :]).reshape(-1, 16) @ basis.reshape(len(basis), 16).T
+    return np.asarray((weights * values.T) @ values)
 
 
 def _rays(axis: Array, count: int, origin: tuple[float, float, float]) -> Rays:

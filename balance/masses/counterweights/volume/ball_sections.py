@@ -21,7 +21,7 @@ from balance.support.tolerances import PART_ROUND_OFF
 from kinematics.numerics.array_types import Array
 
 # Rays of a section for one in space; nodes along a ray, along the thickness, and round a disc.
-FEWER, NODES, ACROSS, AROUND = 20, 10, 3, 5
+FEWER, NODES, ACROSS, AROUND = 20, 14, 3, 5
 
 
 def section_moments(
@@ -41,13 +41,17 @@ def section_moments(
     rays = _rays(axis, count, origin)
     intervals = positive_intervals(rays, form)
     (first, ends), (second, later) = intervals.roots
-    # Positive at the start: what is beyond a root where that ends does not count.
-    start = intervals.at_end + ends + later
+    between = intervals.at_end + later
     alpha, beta = 1.0 - float(rays.origin @ rays.origin), (rays.sides**2).sum(axis=0)
-    parts = np.zeros((4, len(beta)))
-    for tau, share in ((np.zeros_like(beta), start), (first, -ends), (second, -later)):
-        counts = share != 0.0
-        parts[:, counts] += share[counts] * _beyond(tau[counts], alpha, beta[counts])
+    parts, zero = np.zeros((4, len(beta))), np.zeros_like(beta)
+    # One part at a time: in the difference of two long ones little would be left of a thin one.
+    for low, high, positive in (
+        (zero, first, between + ends),
+        (first, second, between),
+        (second, zero + 1.0, intervals.at_end),
+    ):
+        counts = (positive > 0.0) & (low < high)
+        parts[:, counts] += _along(low[counts], high[counts], alpha, beta[counts])
     mass, linear, square, thick = rays.weights * parts
     local = np.empty((4, 4))
     local[:3, :3] = (square * rays.sides) @ rays.sides.T + thick.sum() * np.outer(axis, axis)
@@ -138,17 +142,19 @@ def _ways(axis: bytes, n: int) -> Array:
     return np.outer(e1, np.cos(turn)) + np.outer(np.cross(z, e1), np.sin(turn))
 
 
-def _beyond(tau: Array, alpha: float, beta: Array) -> Array:
-    """Integrate 2 τ h, 2 τ² h, 2 τ³ h and 2/3 τ h³ from τ (n,) to the rim: (4, n)."""
+def _along(low: Array, high: Array, alpha: float, beta: Array) -> Array:
+    """Integrate 2 τ h, 2 τ² h, 2 τ³ h and 2/3 τ h³ from τ = low (n,) to high (n,): (4, n)."""
     stretch = (alpha + beta) / beta
     nodes, shares = unit_gauss(NODES)
-    end = np.arcsin(np.sqrt(np.minimum((1.0 - tau) / stretch, 1.0)))
-    psi = nodes[:, None] * end
+    start, end = (
+        np.arcsin(np.sqrt(np.minimum((1.0 - tau) / stretch, 1.0))) for tau in (high, low)
+    )
+    psi = start + nodes[:, None] * (end - start)
     sine = np.sin(psi)
     cosine = np.sqrt(1.0 - sine * sine)
     x = 1.0 - stretch * sine**2
     h = (alpha + beta) / np.sqrt(beta) * sine * cosine
-    weights = shares[:, None] * end * (4.0 * stretch * sine * cosine) * h * x
+    weights = shares[:, None] * (end - start) * (4.0 * stretch * sine * cosine) * h * x
     return np.stack(
         [
             each.sum(axis=0)

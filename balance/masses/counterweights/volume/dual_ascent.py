@@ -82,8 +82,9 @@ def maximise_dual(
     """
     ascent = _Ascent(program, stocks, cost, start)
     ascent.climb(COARSE, MOST_COARSE)
-    # From inside the parts of the end rays see more, and the same whatever led there.
-    for _ in range(2):
+    in_space = any(stock.mirror is None for stock in stocks)
+    if not ascent.climb(FINE, MOST_FINE) or not in_space:
+        # From inside the parts of the end rays see more, and the same whatever led there.
         ascent.climb(FINE, MOST_FINE)
     return ascent.y, ascent.seen
 

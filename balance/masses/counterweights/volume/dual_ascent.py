@@ -89,18 +89,6 @@ def maximise_dual(
     return ascent.y, ascent.seen
 
 
-def climb_with_few_rays(
-    program: AddedProgram, stocks: Sequence[Stock], cost: Array, start: Array
-) -> Array:
-    """Climb towards the maximum of the dual with few rays, whose errors end the ascent.
-
-    Arguments are those of `maximise_dual`.
-    """
-    ascent = _Ascent(program, stocks, cost, start)
-    ascent.climb(COARSE, MOST_COARSE)
-    return ascent.y
-
-
 class _Step(NamedTuple):
     """A step within the radius.
 

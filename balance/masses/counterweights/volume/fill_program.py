@@ -46,7 +46,6 @@ from balance.masses.counterweights.volume.cut_regions import (
     support_function,
 )
 from balance.masses.counterweights.volume.dual_ascent import (
-    climb_with_few_rays,
     conditions_of,
     fill_all,
     forms_of,
@@ -74,9 +73,6 @@ MOST_ROUNDS = 120
 INERTIA = 0.7
 # Parts from which a master forgets those that its mixture has none of, and the share of none.
 MOST_IDLE, SHARE_ZERO = 30, 1e-6
-# Density, over that needed, for which a start is found; the factor by which it grows then; and
-# the relative gap of the density needed.
-DENSITY_FIRST, DENSITY_STEP, DENSITY_GAP_FIRST = 8.0, 8.0, 0.5
 # Factor of the density up to which matter is clearly enough, and that from which it is clearly
 # too little: integrals have errors below.
 CLEARLY_ENOUGH, CLEARLY_TOO_LITTLE = 0.95, 1.05
@@ -160,7 +156,8 @@ def least_mass(
         needed: the density that it needs.
         factor: factor of the density of all stocks, one that is enough.
     """
-    columns = _at_density(program, stocks, needed.parts, factor)
+    denser = [stock._replace(density=factor * stock.density) for stock in stocks]
+    columns = _Columns(program, denser, program.cost, [factor * part for part in needed.parts])
     value = columns.generate(max(MASS_GAP, density_gap(program)))[0]
     return value - program.price_of_moving * float(columns.shares @ program.taken.masses)
 
@@ -183,7 +180,7 @@ def fill_least(
     rank = program.target.size
     # Masters alone find the matrices of moments of inertia.
     for gap in FILL_GAPS[1:] if columns.heavy else FILL_GAPS:
-        dual = _multipliers(columns, needed, gap)
+        dual = columns.generate(gap)[1]
         prices = columns.prices(dual)
         forms = columns.forms(dual)
         fixed = settled(
@@ -221,40 +218,6 @@ def fill_least(
             break
         columns.parts.append(moments)
     return FilledParts(forms, moments, shares, bound, dual[:rank])
-
-
-def _multipliers(columns: _Columns, needed: DensityNeeded, gap: float) -> Array:
-    """Find multipliers to start Newton's method from, by masters or by growing density.
-
-    Of much denser matter than is needed parts are thin, and the maximum is narrow: the first
-    try then finds it for less density, and follows it as the density grows.
-    """
-    program, stocks = columns.program, columns.stocks
-    if gap < FILL_GAPS[0] or needed.bound > 0.0 or program.taken.links:
-        return columns.generate(gap)[1]
-    least = _Columns(program, stocks, np.zeros_like(program.cost), None)
-    least.parts += needed.parts
-    factor = DENSITY_FIRST * least.generate(DENSITY_GAP_FIRST)[0]
-    if factor >= 1.0:
-        return columns.generate(gap)[1]
-    y = _at_density(program, stocks, least.parts, factor).generate(gap)[1]
-    while factor < 1.0:
-        y = climb_with_few_rays(program, _denser(stocks, factor), program.cost, y)
-        factor *= DENSITY_STEP
-    return y
-
-
-def _denser(stocks: Sequence[Stock], factor: float) -> list[Stock]:
-    """Multiply the density of all stocks."""
-    return [stock._replace(density=factor * stock.density) for stock in stocks]
-
-
-def _at_density(
-    program: AddedProgram, stocks: Sequence[Stock], parts: Sequence[Array], factor: float
-) -> _Columns:
-    """Start masters for a factor of the density with parts of full density."""
-    denser = _denser(stocks, factor)
-    return _Columns(program, denser, program.cost, [factor * part for part in parts])
 
 
 class _Columns:

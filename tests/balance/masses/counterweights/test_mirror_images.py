@@ -54,6 +54,14 @@ def test_a_bored_ball_has_the_volume_of_the_textbook(a):
         np.testing.assert_allclose(P, T @ exact @ T.T, atol=error)
 
 
+@pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (0.6, 0.6, 0.1), (0.97, 0.0, 0.0)])
+def test_a_whole_ball_has_the_moments_of_the_textbook_from_any_place(origin):
+    """To round-off: parts far thinner than the ball are no smaller than its error."""
+    P = section_moments(np.diag([0.0, 0.0, 0.0, 1.0]), np.eye(3)[2], FINE, origin)
+    exact = 4.0 / 15.0 * np.pi * np.diag([1.0, 1.0, 1.0, 5.0])
+    np.testing.assert_allclose(P, exact, atol=1e-13)
+
+
 @pytest.mark.parametrize(
     ("at", "radius"), [(0.4, 0.3), (0.8, 0.5), (0.999, 0.02), (0.4, 1e-3), (0.99, 1e-4)]
 )

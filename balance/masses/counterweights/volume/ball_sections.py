@@ -20,8 +20,8 @@ from balance.masses.counterweights.volume.rays import Rays, positive_intervals, 
 from balance.support.tolerances import PART_ROUND_OFF
 from kinematics.numerics.array_types import Array
 
-# Rays of a section for one in space; nodes along a ray, and along the thickness.
-FEWER, NODES, ACROSS = 20, 10, 3
+# Rays of a section for one in space; nodes along a ray, along the thickness, and round a disc.
+FEWER, NODES, ACROSS, AROUND = 20, 14, 3, 5
 
 
 def section_moments(
@@ -41,13 +41,17 @@ def section_moments(
     rays = _rays(axis, count, origin)
     intervals = positive_intervals(rays, form)
     (first, ends), (second, later) = intervals.roots
-    # Positive at the start: what is beyond a root where that ends does not count.
-    start = intervals.at_end + ends + later
+    between = intervals.at_end + later
     alpha, beta = 1.0 - float(rays.origin @ rays.origin), (rays.sides**2).sum(axis=0)
-    parts = np.zeros((4, len(beta)))
-    for tau, share in ((np.zeros_like(beta), start), (first, -ends), (second, -later)):
-        counts = share != 0.0
-        parts[:, counts] += share[counts] * _beyond(tau[counts], alpha, beta[counts])
+    parts, zero = np.zeros((4, len(beta))), np.zeros_like(beta)
+    # One part at a time: in the difference of two long ones little would be left of a thin one.
+    for low, high, positive in (
+        (zero, first, between + ends),
+        (first, second, between),
+        (second, zero + 1.0, intervals.at_end),
+    ):
+        counts = (positive > 0.0) & (low < high)
+        parts[:, counts] += _along(low[counts], high[counts], alpha, beta[counts])
     mass, linear, square, thick = rays.weights * parts
     local = np.empty((4, 4))
     local[:3, :3] = (square * rays.sides) @ rays.sides.T + thick.sum() * np.outer(axis, axis)
@@ -90,6 +94,33 @@ def section_products(
     return total
 
 
+def disc_products(normal: Array, constant: float, basis: Array) -> Array:
+    """Integrate products of polynomials over the disc of the unit ball where a plane cuts it.
+
+    Args:
+        normal: any vector (3,); the plane is ``normal·u + constant = 0``.
+        constant: constant part.
+        basis: symmetric matrices (n, 4, 4) of the polynomials f.
+
+    Returns:
+        ``∫ f_i f_j dS / |normal|`` (n, n); zero if the plane misses the ball.
+    """
+    size = float(np.linalg.norm(normal))
+    if abs(constant) >= size:
+        return np.zeros((len(basis), len(basis)))
+    axis, height = normal / size, -constant / size
+    # Of radius and angle polynomials of degree 4 are integrated exactly.
+    squares, shares = unit_gauss(ACROSS)
+    ways = _ways(axis.tobytes(), AROUND)
+    area = np.pi * (1.0 - height) * (1.0 + height)
+    radii = np.sqrt((1.0 - height) * (1.0 + height) * squares)
+    points = height * axis + (radii[:, None, None] * ways.T).reshape(-1, 3)
+    weights = area / size * np.repeat(shares / AROUND, AROUND)
+    v = np.column_stack([points, np.ones(len(points))])
+    values = (v[:, :, None] * v[:, None, :]).reshape(-1, 16) @ basis.reshape(len(basis), 16).T
+    return np.asarray((weights * values.T) @ values)
+
+
 def _rays(axis: Array, count: int, origin: tuple[float, float, float]) -> Rays:
     """Choose rays from a point of the disc across an axis to its rim."""
     o = np.array(origin)
@@ -111,17 +142,19 @@ def _ways(axis: bytes, n: int) -> Array:
     return np.outer(e1, np.cos(turn)) + np.outer(np.cross(z, e1), np.sin(turn))
 
 
-def _beyond(tau: Array, alpha: float, beta: Array) -> Array:
-    """Integrate 2 τ h, 2 τ² h, 2 τ³ h and 2/3 τ h³ from τ (n,) to the rim: (4, n)."""
+def _along(low: Array, high: Array, alpha: float, beta: Array) -> Array:
+    """Integrate 2 τ h, 2 τ² h, 2 τ³ h and 2/3 τ h³ from τ = low (n,) to high (n,): (4, n)."""
     stretch = (alpha + beta) / beta
     nodes, shares = unit_gauss(NODES)
-    end = np.arcsin(np.sqrt(np.minimum((1.0 - tau) / stretch, 1.0)))
-    psi = nodes[:, None] * end
+    start, end = (
+        np.arcsin(np.sqrt(np.minimum((1.0 - tau) / stretch, 1.0))) for tau in (high, low)
+    )
+    psi = start + nodes[:, None] * (end - start)
     sine = np.sin(psi)
     cosine = np.sqrt(1.0 - sine * sine)
     x = 1.0 - stretch * sine**2
     h = (alpha + beta) / np.sqrt(beta) * sine * cosine
-    weights = shares[:, None] * end * (4.0 * stretch * sine * cosine) * h * x
+    weights = shares[:, None] * (end - start) * (4.0 * stretch * sine * cosine) * h * x
     return np.stack(
         [
             each.sum(axis=0)

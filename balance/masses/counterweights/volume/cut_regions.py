@@ -36,6 +36,7 @@ from balance.masses.counterweights.added_matter import homogeneous, symmetric_ba
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.ball_sections import (
+    disc_products,
     section_moments,
     section_products,
 )
@@ -212,10 +213,13 @@ def second_derivatives(stock: Stock, form: Array, rays: int) -> Array:
         rays: how many rays sum up the surface of a quadric.
     """
     Q, basis = stock.effective_form(form), symmetric_basis()
-    if not Q[:3, :3].any():
+    plane = not Q[:3, :3].any()
+    if plane and not (stock.region.ellipsoidal and stock.fan is None):
         return _differences(stock, Q, basis)
     if stock.mirror is not None:
         basis = 0.5 * (basis + stock.mirror.T @ basis @ stock.mirror)
+    if plane:
+        return stock.per_volume * disc_products(2.0 * Q[:3, 3], float(Q[3, 3]), basis)
     if (axis := stock.section_axis(Q)) is not None:
         return stock.per_volume * section_products(Q, axis, rays, stock.origin, basis)
     return stock.per_volume * surface_products(

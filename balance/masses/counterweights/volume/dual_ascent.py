@@ -84,8 +84,8 @@ def maximise_dual(
     ascent = _Ascent(program, stocks, cost, start)
     ascent.climb(COARSE, MOST_COARSE)
     in_space = any(stock.mirror is None for stock in stocks)
-    if not ascent.climb(FINE, MOST_FINE) and in_space:
-        # Rays in space see more from inside the parts of the end.
+    if not ascent.climb(FINE, MOST_FINE) or not in_space:
+        # From inside the parts of the end rays see more, and the same whatever led there.
         ascent.climb(FINE, MOST_FINE)
     return ascent.y, ascent.seen
 
@@ -138,6 +138,9 @@ class _Ascent:
                 taken = share > TAKEN
             self._adapt(step, share)
             if not taken:
+                if left <= COUNTERWEIGHT_RESIDUAL and share == 0.0:
+                    # What is left is round-off.
+                    break
                 if not step.change.any() or self._radius <= FILL_ROUND_OFF * float(
                     np.linalg.norm(self.y)
                 ):

@@ -370,11 +370,16 @@ class _Columns:
                 program, self.cost, self.price_of_moving, (q, rows, offset), parts[:, :, 3, 3]
             )
             blocks.append(ConstraintBlock("nonnegative", len(rows) - end))
+        # Shares of parts far heavier than what balances are tiny: masses have the size of it.
+        sizes = np.maximum(np.abs(A).max(axis=0), 1.0)
+        q = np.append(q[:n] / sizes, q[n:])
+        rows[:, :n] /= sizes
+        rows[rank : rank + n, :n] = np.eye(n)
         solution = solve_conic(q, rows, offset, blocks)
         dual = np.append(solution.dual[:rank], solution.dual[rank + n + links : end])
         if solution.infeasible:
             return np.inf, dual, np.ones((count, links))
-        mixture, taken = solution.x[:n].reshape(count, links), program.taken.links
+        taken, mixture = program.taken.links, (solution.x[:n] / sizes).reshape(count, links)
         self.placed = (mixture * parts[:, :, 3, 3]).sum(axis=0)
         self.shares[taken] = solution.x[len(q) - len(taken) :]
         return float(q @ solution.x), dual, mixture

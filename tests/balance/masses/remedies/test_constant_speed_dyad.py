@@ -5,6 +5,8 @@ Poses and momenta come from the independent route (``tests/independent/reference
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -214,3 +216,29 @@ def test_a_least_mass_is_found_between_its_bounds(least):
 
     size = lightest_between(mass_of, 0.25, 1.0)
     assert size == pytest.approx(min(max(least, 0.28), 1.0), abs=0.011)
+
+
+@pytest.mark.slow
+def test_the_last_bits_of_masses_and_places_decide_on_no_dyad_of_steel():
+    """Two files that differ by round-off have the same dyads, of the same mass."""
+    base, rng = RemedyRequest(as_linkage(MODEL)).base, np.random.default_rng(1)
+
+    def near(number):
+        return repr(float(number[0]) * (1.0 + 1e-15 * int(rng.integers(-2, 3))))
+
+    def changed(attribute):
+        return attribute[1] + re.sub(r"-?\d+(\.\d*)?(e[-+]?\d+)?", near, attribute[2])
+
+    urdf = base.data.decode()
+    text = re.sub(r'(\b(?:xyz|value|i[xyz]{2})=)("[^"]*")', changed, urdf)
+    assert text != urdf
+    results = []
+    for each in (urdf, text):
+        request = RemedyRequest(load(Document(base.name, each.encode())), density=7850.0)
+        request.check()
+        results.append(list(apply_constant_speed_dyad(request)))
+    plain, bits = results
+    assert [row.verdict for row in plain] == ["partial", "partial"]
+    for row, near_row in zip(plain, bits, strict=True):
+        assert (near_row.verdict, near_row.words) == (row.verdict, row.words)
+        assert near_row.added_mass == pytest.approx(row.added_mass, rel=1e-6)

@@ -14,6 +14,7 @@ from balance.support.units import read_unit
 from kinematics.error_text import clean, did_you_mean
 from kinematics.errors import FileError, UsageError
 from kinematics.numerics.array_types import Array, IntArray
+from kinematics.wording import first_names
 
 # Most rows of a table: a larger file would fill the memory.
 MAX_ROWS = 100_000
@@ -122,7 +123,7 @@ def read_table(
     present = [name for name in units if name in names]
     if sorted(names) != sorted([*wanted, *present]) or (some and not present):
         more = f" and some of {', '.join(units)}" if some else ""
-        told = _what_is_wrong(names, [*wanted, *units])
+        told = _what_is_wrong(names, wanted, list(units))
         raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}{more}{told}")
     wanted = [*wanted, *present]
     if not fewest < len(lines) <= MAX_ROWS + 1:
@@ -148,15 +149,22 @@ def read_table(
     return Table(rows * factors, rounding, decimals, quantities, tuple(wanted))
 
 
-def _what_is_wrong(names: Sequence[str], wanted: Sequence[str]) -> str:
+def _what_is_wrong(names: Sequence[str], needed: Sequence[str], some: Sequence[str]) -> str:
     """Say what the names in a table are, and what may be wrong with them."""
     for sign, word in ((";", "semicolons"), ("\t", "tabs")):
         if sign in "".join(names):
             return f"; commas part them, no {word}"
+    wanted = [*needed, *some]
     missing = [name for name in wanted if name not in names]
     strange = [name for name in names if name not in wanted]
     told = [f"{clean(name, 40)}{did_you_mean(name, missing)}" for name in strange[:MOST_NAMES]]
-    return f", not {', '.join(told)}" if told else ""
+    if told:
+        return f", not {', '.join(told)}"
+    still = [name for name in needed if name not in names and name != "time"]
+    if not still or not set(needed) & set(names) - {"time"}:
+        return ""
+    verb = "has" if len(still) == 1 else "have"
+    return f"; {first_names(still)} {verb} none: one number in all rows is an input at rest"
 
 
 def column_names(path: str | PathLike[str]) -> list[str]:

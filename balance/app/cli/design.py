@@ -11,6 +11,7 @@ from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser
 from balance.app.cli.density_options import add_density_options, densities_of
 from balance.app.cli.exit_codes import verdict_code
+from balance.app.cli.implausible_request import note_implausible_masses
 from balance.app.cli.model_options import add_model_options, model_words
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.next_command import reduce_command
@@ -112,6 +113,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
         for notice in space.warnings
         if arguments.max_order != 0 or notice.code != "not_settled"
     )
+    heavy = note_implausible_masses(
+        space.linkage, [(f"--bounds {name}=", least) for name, least, _ in arguments.bounds]
+    )
     remark = describe_written(arguments, design.z is not None)
     if arguments.out and design.z is not None and arguments.payload is None:
         remark += f"; to {_checked_claim(arguments)}: {_verify_command(arguments, design)}"
@@ -119,7 +123,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         verdict_code(design.verdict),
         design.to_dict,
         lambda: design_body(design, reduce),
-        notices,
+        notices + heavy,
         remark,
         lambda: (
             {}

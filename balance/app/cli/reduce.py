@@ -15,6 +15,7 @@ from balance.app.cli.density_options import (
     densities_of,
 )
 from balance.app.cli.exit_codes import verdict_code
+from balance.app.cli.implausible_request import note_implausible_masses
 from balance.app.cli.matter_options import (
     add_matter_options,
     add_merge_option,
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     from balance.masses.partial_balance.partial_balance import ParetoFront
     from balance.masses.partial_balance.shaking_objectives import PartialObjective
     from balance.masses.payload import Payload
+    from kinematics.model.linkage import Linkage, Notice
 
 
 # Largest budget, kilograms.
@@ -234,7 +236,11 @@ def _run_required(arguments: argparse.Namespace) -> Answer:
         verdict_code(answer.verdict),
         lambda: answer.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
         lambda: [*violation_body(answer), *payload_section(load)],
-        (*answer.space.warnings, *distant_regions(answer.space, regions)),
+        (
+            *answer.space.warnings,
+            *distant_regions(answer.space, regions),
+            *_implausible_budget(arguments, answer.space.linkage),
+        ),
         describe_written(arguments, True),
         lambda: {"out": partial(with_counterweights, answer, merge=arguments.merge)},
     )
@@ -262,13 +268,23 @@ def _run(arguments: argparse.Namespace) -> Answer:
         verdict_code(best.verdict),
         lambda: front.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
         lambda: [*front_body(front), *payload_section(load)],
-        (*front.notices, *far, *notices_of_parts(arguments, parts)),
+        (
+            *front.notices,
+            *far,
+            *notices_of_parts(arguments, parts),
+            *_implausible_budget(arguments, best.space.linkage),
+        ),
         join_remarks(
             random_motions_remark(arguments, best.space.linkage),
             describe_written(arguments, best.z is not None),
         ),
         lambda: added_matter_files(arguments, front.designs[-1], front, parts),
     )
+
+
+def _implausible_budget(arguments: argparse.Namespace, linkage: Linkage) -> tuple[Notice, ...]:
+    """Note a budget that looks like grams."""
+    return note_implausible_masses(linkage, [("--budget ", arguments.budget or 0.0)])
 
 
 def _front(

@@ -11,6 +11,7 @@ from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
 from balance.app.cli.density_options import add_density_option
 from balance.app.cli.exit_codes import verdict_code
+from balance.app.cli.implausible_request import note_implausible_masses
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.next_command import reduce_command
@@ -121,7 +122,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
         verdict_code(comparison.verdict),
         comparison.to_dict,
         lambda: remedies_body(comparison, reduce),
-        comparison.request.space.warnings,
+        (
+            *comparison.request.space.warnings,
+            *note_implausible_masses(request.linkage, [("--budget ", arguments.budget or 0.0)]),
+        ),
         f"not written, for no remedy helps: {undrawn}" if undrawn else "",
         lambda: _prepare_remedy_files(arguments, comparison),
     )

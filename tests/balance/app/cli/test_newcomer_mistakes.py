@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from balance.app.cli.implausible_request import note_implausible_masses
 from balance.app.cli.main import COMMANDS
-from kinematics import gallery
+from kinematics import from_dh, gallery
 from tests.support.command_runs import asked
 
 TABLES = {
@@ -39,6 +40,7 @@ TABLES = {
     "loads.csv": "time,FX,FY,MZ\n" + "0,1,1,1\n" * 20,
     "lengths_of_loads.csv": "time,fx [mm]\n" + "0,1\n" * 20,
     "motion.csv": "time,u1\n" + "".join(f"{0.1 * k:.1f},{0.01 * k * k}\n" for k in range(40)),
+    "one_of_two.csv": "time,u1\n" + "".join(f"{k},{k * k}\n" for k in range(9)),
     "later.csv": "time,fx\n" + "".join(f"{7 + 0.1 * k:.1f},1\n" for k in range(40)),
     "list.toml": "[[\n",
     "tables.toml": 'model = "five_bar"\n[dimensions]\na = 1\n',
@@ -87,6 +89,11 @@ MISTAKES = [
     ("verify slider_crank --csv none.csv", 3, "none.csv: cannot be read .No such file"),
     ("verify slider_crank --csv semicolons.csv", 3, "commas part them, no semicolons"),
     ("verify slider_crank --csv no_names.csv", 3, "line 1: the columns must be time, u1"),
+    (
+        "verify five_bar --csv one_of_two.csv",
+        3,
+        "must be time, u1, u2; u2 has none: one number in all rows is an input at rest",
+    ),
     ("verify slider_crank --csv words.csv", 3, "sample 1: cannot be read as numbers"),
     ("verify slider_crank --csv gons.csv", 3, "column 'u1 .gon.': .*write angle.* in rad, deg"),
     ("verify slider_crank --csv lengths.csv", 3, "column 'u1': .*length; give one of angle"),
@@ -307,6 +314,31 @@ def test_grams_and_square_millimetres_in_a_file_are_noticed(masses, inertias, sa
     code, _, err = asked(["report", str(path)])
     assert code == 0 and re.search(said, err), err
     assert "multiply" not in asked(["report", "slider_crank"]).err
+
+
+@pytest.mark.parametrize(
+    ("words", "heavy"),
+    [
+        ("reduce four_bar_general --require force --links crank,rocker --budget ", "200"),
+        ("design four_bar_antiparallelogram --minimise mass --bounds coupler=", "200:500"),
+    ],
+)
+def test_grams_in_a_request_are_noticed(words, heavy):
+    """The ratio in the notice, against masses as summed from the file."""
+    err = asked(shlex.split(words + heavy)).err
+    text = gallery()[words.split()[1]].read_text(encoding="utf-8")
+    mass = sum(float(value) for value in re.findall(r'<mass value="([^"]*)"', text))
+    said = re.search(
+        r"=?200 is in kg, ([\d.]+) times the ([\d.]+) kg .*did you mean 200g\?", err
+    )
+    assert said and float(said[1]) == pytest.approx(200 / mass, rel=0.06)
+    assert float(said[2]) == pytest.approx(mass, rel=0.006)
+    assert "did you mean" not in asked(shlex.split(words + heavy.replace("00", ""))).err
+
+
+def test_grams_are_not_meant_for_links_without_masses():
+    linkage = from_dh([[0, 0.4, 0, 0], [0, 0, 0.5, 0]])
+    assert note_implausible_masses(linkage, [("--budget ", 200.0)]) == ()
 
 
 def _five_bar():

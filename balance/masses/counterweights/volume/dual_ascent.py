@@ -138,7 +138,7 @@ class _Ascent:
                 taken = share > TAKEN
             self._adapt(step, share)
             if not taken:
-                if left <= COUNTERWEIGHT_RESIDUAL and share == 0.0:
+                if residual <= COUNTERWEIGHT_RESIDUAL and share == 0.0:
                     # What is left is round-off.
                     break
                 if not step.change.any() or self._radius <= FILL_ROUND_OFF * float(

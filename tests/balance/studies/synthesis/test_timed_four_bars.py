@@ -164,15 +164,22 @@ def test_files_of_five_points_that_a_four_bar_made():
         assert verify(load(Document("timed", each.urdf)), trajectories=1).balanced
 
 
-@pytest.mark.slow
 def test_whole_turns_of_the_tool_count():
-    """Crank and tool go round together where the base is short: the tool turns as it goes."""
-    places = [Position(0.1, 0.0, 0.0), Position(0.2, 0.3, 3.0), Position(-0.1, 0.1, 6.2)]
-    design = timed_four_bars(places)[0]
-    way = np.linspace(design.crank_angles[0], design.crank_angles[-1], 2000)
-    tool = np.unwrap(np.angle(design.tool_turns(way)))
-    last = design.positions[-1].angle
-    assert last == pytest.approx(tool[-1] - tool[0], abs=1e-9) and abs(last) > np.pi
+    """A drag link, whose base is shortest: its coupler goes round with the crank."""
+    way = np.linspace(0.0, 5.6, 1401)
+    A = 2.5 * np.exp(1j * way)
+    gap = np.abs(1.0 - A)
+    along = (4.0 - 2.2**2 + gap**2) / (2.0 * gap)
+    B = A + (along + 1j * np.sqrt(4.0 - along**2)) * (1.0 - A) / gap
+    tool = np.unwrap(np.angle(B - A))
+    at = np.array([0, 300, 650, 1000, 1400])
+    points = (A + (0.4 + 0.3j) * (B - A))[at]
+    designs = timed_four_bars(timed(points, way[at]))
+    pivots = (0.0, 1.0, A[0], B[0])
+    assert nearest(designs, pivots) < 1e-9
+    design = min(designs, key=lambda each: nearest([each], pivots))
+    turns = [each.angle for each in design.positions]
+    assert turns == pytest.approx(tool[at] - tool[0], abs=1e-9) and abs(turns[-1]) > np.pi
 
 
 def test_places_that_no_tried_four_bar_reaches():

@@ -95,3 +95,18 @@ class ThroughFive(ThroughThree):
     def positions_for(self, kind: str, count: int) -> list[tuple]:
         """Those of a kite, or of another four-bar."""
         return kite_positions() if kind == "four-bar" else general_positions()
+
+
+class ThroughFiveInTime(ThroughFive):
+    """Five points of the coupler of a known four-bar, at given angles of its crank."""
+
+    params = (("geared-four-bar", 5),)
+
+    def positions_for(self, kind: str, count: int) -> list[tuple]:
+        """The points of the other four-bar; the angles are those of its crank."""
+        points = [place[:2] for place in general_positions()]
+        return [(x, y, a) for (x, y), a in zip(points, CRANK_ANGLES, strict=True)]
+
+    def synthesis(self, kind: str, count: int) -> Synthesis:
+        """The tool turns as it may."""
+        return synthesize(self.positions, kind=kind, timed=True)

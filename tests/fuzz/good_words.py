@@ -200,6 +200,7 @@ GOOD: dict[str, list[str]] = {
     "--kind": ["four-bar", *POSITIONS, "--fixed", "0.2,-0.1"],
     "--ratio": ["-0.5", *POSITIONS, "--moving", "0.2,-0.1"],
     "--nonlinear": [*POSITIONS, "--fixed", "0.2,-0.1"],
+    "--timed": ["--positions", "0.3,0.1,10; 0.2,0.3,40; 0,0.4,75", "--kind", "geared-four-bar"],
     "--fixed": ["0.2,-0.1", *POSITIONS], "--moving": ["0.2,-0.1", *POSITIONS],
     "--masses": ["{masses}", *POSITIONS, "--moving", "0.2,-0.1"],
     "--window": ["0.1,2", *POSITIONS, "--nonlinear", "--fixed", "0.2,-0.1"],

@@ -45,6 +45,11 @@ def add_synthesize(parser: Parser) -> None:
         help="two or three of the tool, or more for others than pantographs: metres, and "
         "degrees by which it turns",
     )
+    parser.add_argument(
+        "--timed",
+        action="store_true",
+        help="the degrees are those by which the crank of any four-bar turns",
+    )
     _add_method_options(parser)
     add_density_option(
         parser,
@@ -177,6 +182,7 @@ def _synthesize(
         within=arguments.within,
         density=arguments.density,
         thickness=arguments.thickness,
+        timed=arguments.timed,
         progress=advance,
     )
 

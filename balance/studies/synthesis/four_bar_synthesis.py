@@ -22,7 +22,7 @@ from balance.studies.synthesis.four_bars import (
     four_bars_through,
 )
 from balance.studies.synthesis.geared_four_bar import balanced_by_rotors
-from balance.studies.synthesis.general_four_bars import general_four_bars
+from balance.studies.synthesis.general_four_bars import GeneralFourBar, general_four_bars
 from balance.studies.synthesis.many_positions import four_bars_near
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from balance.studies.synthesis.positions import size_of
@@ -32,6 +32,7 @@ from balance.studies.synthesis.slider_cranks import (
     slider_crank_through,
     slider_crank_urdf,
 )
+from balance.studies.synthesis.timed_four_bars import timed_four_bars
 from kinematics.numerics.linalg.ties import rank_least_first
 
 # Most four-bars whose masses are tried. Of plates, those of each ratio of base and crank at
@@ -172,7 +173,7 @@ def _confirmed(
 def geared_four_bars(request: SynthesisRequest) -> Synthesis:
     """Search general four-bars without defects, and balance the best by rotors."""
     size = size_of(request.positions)
-    designs = general_four_bars(request.positions, fixed=request.fixed, moving=request.moving)
+    designs = _general_designs(request)
     most = GEARED[len(request.positions)]
     mechanisms: list[SynthesizedMechanism] = []
     for done, four_bar in enumerate(designs[:TRIES], 1):
@@ -192,10 +193,17 @@ def geared_four_bars(request: SynthesisRequest) -> Synthesis:
     return _answer(request, ranked, len(designs), (remark,))
 
 
+def _general_designs(request: SynthesisRequest) -> tuple[GeneralFourBar, ...]:
+    """Find general four-bars without defects."""
+    if request.timed:
+        return timed_four_bars(request.positions)
+    return general_four_bars(request.positions, fixed=request.fixed, moving=request.moving)
+
+
 def dyad_six_bars(request: SynthesisRequest) -> Synthesis:
     """Search general four-bars without defects, and balance the best by an added dyad."""
     within = SYNTHESIS_MET * size_of(request.positions)
-    designs = general_four_bars(request.positions, fixed=request.fixed, moving=request.moving)
+    designs = _general_designs(request)
     mechanisms: list[tuple[SynthesizedMechanism, str]] = []
     for design, space in six_bars(designs, request.progress)[:TRIES]:
         base = design.numbers["base"]
@@ -239,4 +247,5 @@ def _answer(
         within=request.within,
         density=request.density,
         thickness=request.thickness,
+        timed=request.timed,
     )

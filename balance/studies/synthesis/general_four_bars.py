@@ -131,6 +131,13 @@ def general_four_bars(
     rockers = cranks
     if fixed is not None or moving is not None:
         rockers = cranks_through(positions)
+    return pair_cranks(positions, cranks, rockers)
+
+
+def pair_cranks(
+    positions: tuple[Position, ...], cranks: Cranks, rockers: Cranks
+) -> tuple[GeneralFourBar, ...]:
+    """Make the four-bars without defects of cranks and rockers, in the order above."""
     pairs = _judge_pairs(positions, cranks, rockers)
     return tuple(
         GeneralFourBar(
@@ -144,6 +151,16 @@ def general_four_bars(
         )
         for i, j, angles, transmission in zip(*pairs, strict=True)
     )
+
+
+def merit(transmission: Array, spread: Array) -> Array:
+    """Rate four-bars, the best least: of ample transmission the small ones, then the others.
+
+    Args:
+        transmission: least transmission angle, radians (n,).
+        spread: largest distance of a pivot from the tool, in sizes of the positions (n,).
+    """
+    return np.where(transmission > AMPLE, spread, FARTHEST * (2.0 - transmission))
 
 
 class _Pairs(NamedTuple):
@@ -177,9 +194,8 @@ def _judge_pairs(positions: tuple[Position, ...], cranks: Cranks, rockers: Crank
     sign = np.where(ways[0] >= ways[1], 1.0, -1.0)
     best = np.maximum(*ways)
     kept = np.flatnonzero(best > LEAST)
-    # Ample transmission first, and among such the small ones; then the others.
-    key = np.where(best > AMPLE, spread[i, j] / size, FARTHEST * (2.0 - best))
-    kept = kept[rank_least_first(key[kept].tolist())][:MOST]
+    key = merit(best[kept], spread[i, j][kept] / size)
+    kept = kept[rank_least_first(key.tolist())][:MOST]
     turned = _from_first(alpha[:, kept], sign[kept])
     start = np.angle(tips[0, i[kept], 0] - G[i[kept], 0])
     return _Pairs(

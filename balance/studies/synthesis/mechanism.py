@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import SYNTHESIS_ANGLE_MET
+from balance.studies.synthesis.circle_points import MOST_POSITIONS
 from balance.studies.synthesis.confirm import Confirmation
 from balance.studies.synthesis.constrained_motion import Defect, MotionTable
 from balance.studies.synthesis.construction import Construction
@@ -130,6 +131,7 @@ class Synthesis(WithPage, WithPicture):
         within: distance up to which positions count as met, metres; 0 if they are met exactly.
         density: density of the matter of four-bars at most, kg/m³; None without a limit.
         thickness: of the plates that were asked for, metres.
+        timed: whether the angles of the positions are those of the crank.
     """
 
     page_maker = "synthesis:synthesis_page"
@@ -146,6 +148,7 @@ class Synthesis(WithPage, WithPicture):
     within: float = 0.0
     density: float | None = None
     thickness: float | None = None
+    timed: bool = False
 
     @property
     def case(self) -> str:
@@ -163,17 +166,22 @@ class Synthesis(WithPage, WithPicture):
             not (mechanism.defects or mechanism.confirmation.confirmed) and mechanism.meets
             for mechanism in self.mechanisms
         )
-        # A stack has more dimensions than were tried.
-        unsure = unsure or (not self.mechanisms and (self.count > 0 or self.kind == "stack"))
+        unsure = unsure or (not self.mechanisms and (self.count > 0 or self._sampled))
         return "undecided" if unsure else "infeasible"
+
+    @property
+    def _sampled(self) -> bool:
+        """Whether there are others than were tried: stacks, and most turns of a free tool."""
+        return self.kind == "stack" or (self.timed and len(self.positions) < MOST_POSITIONS)
 
     @property
     def words(self) -> str:
         """The verdict in words."""
         if not self.mechanisms and self.count:
             return f"undecided: {self._without_matter()}"
-        if not self.mechanisms and self.kind == "stack":
-            return "undecided: none of the stacks that were tried reaches all positions"
+        if not self.mechanisms and self._sampled:
+            tried = "stacks" if self.kind == "stack" else "four-bars"
+            return f"undecided: none of the {tried} that were tried reaches all positions"
         if not self.mechanisms:
             return "infeasible: no such mechanism passes through the positions"
         first = self.mechanisms[0]
@@ -257,6 +265,7 @@ class Synthesis(WithPage, WithPicture):
             "within": self.within,
             "density": self.density,
             "thickness": self.thickness,
+            "timed": self.timed,
             "count": self.count,
             "mechanisms": [mechanism.to_dict() for mechanism in self.mechanisms],
             "contour": _contour(self.map),

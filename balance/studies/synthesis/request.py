@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 from balance.masses.designs.density import STEEL
 from balance.studies.synthesis.circle_points import MOST_POSITIONS
@@ -13,6 +15,8 @@ from kinematics.errors import UsageError
 
 # Kinds whose coupler is that of any four-bar.
 GENERAL = ("geared-four-bar", "six-bar")
+# Fewest positions at given angles of the crank.
+FEWEST_TIMED = 3
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,7 @@ class SynthesisRequest:
         within: distance up to which four-bars may miss four or more positions, metres.
         density: density of the matter of four-bars at most, kg/m³; None for points.
         thickness: of plates that this matter is, metres; None to have it chosen.
+        timed: whether the angles are those of the crank, and the tool turns as it may.
     """
 
     positions: tuple[Position, ...]
@@ -44,6 +49,7 @@ class SynthesisRequest:
     within: float = 0.0
     density: float | None = STEEL
     thickness: float | None = None
+    timed: bool = False
 
     def check(self) -> None:
         """Refuse a request that contradicts itself.
@@ -53,6 +59,8 @@ class SynthesisRequest:
                 another kind.
         """
         chosen = (self.fixed is not None) + (self.moving is not None)
+        if self.timed:
+            self._check_timing()
         if self.kind == "stack":
             self._check_stack(chosen)
         elif len(self.positions) == 2 and chosen != 1:
@@ -107,6 +115,26 @@ class SynthesisRequest:
             )
         if self.within:
             raise UsageError("a stack meets its positions: leave out 'within'")
+
+    def _check_timing(self) -> None:
+        """Refuse angles through which no crank leads a point of a general four-bar."""
+        if self.kind not in GENERAL:
+            raise UsageError(
+                f"timed positions are for the kinds {' and '.join(GENERAL)}: choose one of them"
+            )
+        if not FEWEST_TIMED <= len(self.positions) <= MOST_POSITIONS:
+            raise UsageError(
+                f"{len(self.positions)} timed positions: give {FEWEST_TIMED} to "
+                f"{MOST_POSITIONS}"
+            )
+        turns = [each.angle - self.positions[0].angle for each in self.positions]
+        if turns[-1] < 0.0:
+            turns = [-turn for turn in turns]
+        if not all(a < b < math.tau for a, b in pairwise(turns)):
+            raise UsageError(
+                "the angles of timed positions are those of the crank: they rise or fall from "
+                "each to the next, by less than a turn in all"
+            )
 
     def _check_matter(self) -> None:
         """Refuse a density or a thickness that matter cannot have."""

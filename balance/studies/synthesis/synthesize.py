@@ -99,6 +99,7 @@ def synthesize(
     within: float = 0.0,
     density: float | None = STEEL,
     thickness: float | None = None,
+    timed: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Synthesis:
     """Find balanced mechanisms whose tool passes through positions.
@@ -133,6 +134,9 @@ def synthesize(
         thickness: of the plates that this matter is, metres. By default links are plates of a
             twentieth of the base, or of crank and coupler in line, or an eighth if those are
             too thin, and counterweights and rotors are no plates.
+        timed: whether the angles of three to five positions are those of the crank of any
+            four-bar, which rise or fall; the tool turns as it may (path generation with
+            prescribed timing). Only differences of the angles count.
         progress: called with the number of steps done and of all steps.
 
     Returns:
@@ -144,7 +148,8 @@ def synthesize(
 
     Source:
         G. Becht, MSc thesis, TU Delft, 2020, chapter 3; four-bars: J. M. McCarthy, G. S. Soh,
-        Geometric Design of Linkages, 2nd ed., 2011, chapter 5.
+        Geometric Design of Linkages, 2nd ed., 2011, chapter 5; timed: G. N. Sandor, A. G.
+        Erdman, Advanced Mechanism Design, vol. 2, 1984, chapter 3.
 
     Example:
         >>> import balance
@@ -152,6 +157,13 @@ def synthesize(
         >>> synthesis = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
         >>> synthesis.verdict
         'feasible'
+
+        A point on its way while the crank turns by 0.5 and by 1.1 rad:
+
+        >>> places = [(0.3, 0.1, 0.0), (0.2, 0.3, 0.5), (0.0, 0.4, 1.1)]
+        >>> path = balance.synthesize(places, kind="geared-four-bar", timed=True)
+        >>> [round(turn, 9) for turn in path.mechanisms[0].link_turns]
+        [0.0, 0.5, 1.1]
     """
     if kind not in KINDS:
         raise UsageError(f"no kind '{kind}': choose from {', '.join(KINDS)}")
@@ -171,6 +183,7 @@ def synthesize(
         float(within),
         density,
         thickness,
+        timed,
     )
     request.check()
     if kind != "pantograph":

@@ -264,7 +264,12 @@ class _Curve(NamedTuple):
 
 def _mechanism_curves(synthesis: Synthesis) -> list[_Curve]:
     """Draw the best mechanism at its positions, its path, and the construction."""
-    curves = [_Curve("positions of the tool", _arrows(synthesis.positions), INK, "line", True)]
+    name = "positions of the tool"
+    if synthesis.timed:
+        points = np.array([each.point for each in synthesis.positions])
+        curves = [_Curve(name, points, INK, "marks")]
+    else:
+        curves = [_Curve(name, _arrows(synthesis.positions), INK, "line", True)]
     if not synthesis.mechanisms:
         return curves
     best = synthesis.mechanisms[0]

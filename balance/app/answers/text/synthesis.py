@@ -29,8 +29,9 @@ ANGLE_SHOWN = 1e-9
 
 def synthesis_facts(synthesis: Synthesis) -> list[tuple[str, str]]:
     """List the facts on a synthesis as pairs of label and value."""
+    at = "with the crank at" if synthesis.timed else "at"
     places = "; ".join(
-        f"({number_text(each.x, '.6g')}, {number_text(each.y, '.6g')}) at "
+        f"({number_text(each.x, '.6g')}, {number_text(each.y, '.6g')}) {at} "
         f"{number_text(math.degrees(each.angle), '.6g')}°"
         for each in synthesis.positions
     )

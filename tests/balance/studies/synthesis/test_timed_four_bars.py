@@ -1,0 +1,229 @@
+"""Points at given angles of the crank: four-bars that are known, their cognates, and files."""
+
+from __future__ import annotations
+
+import json
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from balance import synthesize, verify
+from balance.app.answers.html.synthesis import synthesis_page
+from balance.app.cli.main import main
+from balance.studies.synthesis.four_bar_masses import four_bar_urdf
+from balance.studies.synthesis.positions import Position
+from balance.studies.synthesis.timed_four_bars import timed_four_bars
+from kinematics import load
+from kinematics.errors import UsageError
+from kinematics.model.document.element import Document
+from tests.support.covering import number_of_cases
+
+PIVOTS = ("crank_base", "rocker_base", "crank_tip", "rocker_tip")
+PLACES = [(0.3, 0.1, 0.0), (0.2, 0.3, 0.5), (0.0, 0.4, 1.1), (-0.2, 0.35, 1.9)]
+TIMED = "0.3,0.1,10; 0.2,0.3,40; 0,0.4,75"
+
+
+def planted(count, seed):
+    """A four-bar on 0 and 1 with few folded poses: crank angles, both tips, and the point.
+
+    Transmission angles stay above 17°, twice the bound of the product.
+    """
+    rng = np.random.default_rng(seed)
+    while True:
+        a, b, c = rng.uniform(0.2, 1.2, 3)
+        turned = np.concatenate([[0.0], np.sort(rng.uniform(0.3, 3.5, count - 1))])
+        alpha = rng.uniform(0.0, 2.0 * np.pi) + rng.choice([-1.0, 1.0]) * turned
+        way = np.abs(1.0 - a * np.exp(1j * np.linspace(alpha[0], alpha[-1], 400)))
+        if np.abs((b**2 + c**2 - way**2) / (2.0 * b * c)).max() > np.cos(0.3):
+            continue
+        A = a * np.exp(1j * alpha)
+        gap = np.abs(1.0 - A)
+        along = (b**2 - c**2 + gap**2) / (2.0 * gap)
+        side = rng.choice([-1.0, 1.0]) * np.sqrt(b**2 - along**2)
+        B = A + (along + 1j * side) * (1.0 - A) / gap
+        arm = complex(*rng.normal(size=2))
+        points = A + arm * (B - A)
+        if np.diff(turned).min() > 0.2 and np.abs(points - points[0]).max() > 0.3:
+            return alpha, A, B, points, arm
+
+
+def timed(points, angles):
+    return [Position(z.real, z.imag, a) for z, a in zip(points, angles, strict=True)]
+
+
+def nearest(designs, pivots):
+    """Distance of the pivots of the nearest design from given ones."""
+    apart = (
+        sum(abs(each.pivots()[name] - z) for name, z in zip(PIVOTS, pivots, strict=True))
+        for each in designs
+    )
+    return min(apart, default=np.inf)
+
+
+def test_five_points_have_the_four_bar_that_made_them_and_its_cognate():
+    """S. Roberts, 1875: the cognate on the third pivot, whose crank turns with the first.
+
+    With the bases at 0 and 1 that pivot is ``λ = (P - A)/(B - A)``; the crank is (1 - λ) A, and
+    the rocker is parallel to B P.
+    """
+    for seed in range(number_of_cases(6, 60)):
+        alpha, A, B, points, arm = planted(5, seed)
+        designs = timed_four_bars(timed(points, alpha))
+        assert nearest(designs, (0.0, 1.0, A[0], B[0])) < 1e-9
+        rocker_tip = 1.0 + points[0] - B[0]
+        assert nearest(designs, (arm, 1.0, arm + (1.0 - arm) * A[0], rocker_tip)) < 1e-9
+        for design in designs:
+            there = design.tool_points(design.crank_angles[0] + alpha - alpha[0])
+            assert np.abs(there - points).max() < 1e-9
+
+
+def test_a_planted_crank_that_turns_otherwise_is_not_found():
+    """The same places at another angle of the crank have not the same four-bar."""
+    alpha, A, B, points, _ = planted(5, 3)
+    moved = alpha + np.array([0.0, 0.0, 1e-3, 0.0, 0.0])
+    assert nearest(timed_four_bars(timed(points, moved)), (0.0, 1.0, A[0], B[0])) > 1e-5
+
+
+@pytest.mark.parametrize(
+    "count", [*(pytest.param(n, marks=pytest.mark.slow) for n in (3, 4)), 5]
+)
+def test_files_lead_the_point_in_time(count):
+    """The joints of a file without masses, its crank turned as asked, either way."""
+    for seed in range(number_of_cases(1, 10)):
+        alpha, _, _, points, _ = planted(count, seed)
+        designs = timed_four_bars(timed(points, alpha))
+        for design in designs[:: len(designs) // 3 + 1]:
+            turned = alpha - alpha[0]
+            there = tool_of_file(four_bar_urdf(design), turned)
+            assert np.abs(there - points).max() < 1e-9
+            late = tool_of_file(four_bar_urdf(design), 1.01 * turned)
+            assert np.abs(late - points)[1:].max() > 1e-4
+
+
+def vector(element):
+    x, y, _ = map(float, element.find("origin").get("xyz").split())
+    return complex(x, y)
+
+
+def tool_of_file(urdf, angles):
+    """Points of the tool of a file, its crank turned by angles: Newton's method on the loop."""
+    root = ElementTree.fromstring(urdf)
+    at = {each.get("name"): vector(each) for each in root.iter("joint")}
+    loop = root.find("loop")
+    on_coupler, on_rocker = vector(loop.find("predecessor")), vector(loop.find("successor"))
+    coupler = rocker = last = 0.0
+    points = []
+    for goal in angles:
+        # In small steps, so that the branch of the file is kept.
+        for angle in np.linspace(last, goal, 25)[1:] if goal != last else [goal]:
+            for _ in range(8):
+                tip = at["crank_joint"] + np.exp(1j * angle) * at["coupler_joint"]
+                arm = np.exp(1j * coupler) * on_coupler
+                leg = np.exp(1j * rocker) * on_rocker
+                gap = tip + arm - at["rocker_joint"] - leg
+                columns = np.array([1j * arm, -1j * leg])
+                step = np.linalg.solve(
+                    np.array([columns.real, columns.imag]), [gap.real, gap.imag]
+                )
+                coupler, rocker = coupler - step[0], rocker - step[1]
+            assert abs(gap) < 1e-12
+        last = goal
+        points.append(tip + np.exp(1j * coupler) * at["tool_fixed"])
+    return np.array(points)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "count", "sign"),
+    [("geared-four-bar", 3, -1.0), ("geared-four-bar", 4, 1.0), ("six-bar", 3, 1.0)],
+)
+def test_files_with_masses_are_balanced(kind, count, sign):
+    """The mechanisms of an answer: the point is there in time, and nothing shakes."""
+    places = [(x, sign * y, sign * angle) for x, y, angle in PLACES[:count]]
+    synthesis = synthesize(places, kind=kind, timed=True)
+    best = synthesis.mechanisms[0]
+    assert synthesis.verdict == "feasible" and best.good
+    points = tool_of_file(best.urdf, [angle for *_, angle in places])
+    assert np.abs(points - [complex(x, y) for x, y, _ in places]).max() < 1e-9
+    assert best.link_turns == pytest.approx([angle for *_, angle in places], abs=1e-12)
+    linkage = load(Document("timed", best.urdf))
+    assert linkage.mobility == 1
+    assert verify(linkage, trajectories=1).balanced
+
+
+@pytest.mark.slow
+def test_files_of_five_points_that_a_four_bar_made():
+    alpha, _, _, points, _ = planted(5, 1)
+    places = [(z.real, z.imag, a) for z, a in zip(points, alpha, strict=True)]
+    synthesis = synthesize(places, kind="geared-four-bar", timed=True)
+    for each in synthesis.mechanisms:
+        there = tool_of_file(each.urdf, alpha - alpha[0])
+        assert np.abs(there - points).max() < 1e-9
+        assert verify(load(Document("timed", each.urdf)), trajectories=1).balanced
+
+
+def test_whole_turns_of_the_tool_count():
+    """A drag link, whose base is shortest: its coupler goes round with the crank."""
+    way = np.linspace(0.0, 5.6, 1401)
+    A = 2.5 * np.exp(1j * way)
+    gap = np.abs(1.0 - A)
+    along = (4.0 - 2.2**2 + gap**2) / (2.0 * gap)
+    B = A + (along + 1j * np.sqrt(4.0 - along**2)) * (1.0 - A) / gap
+    tool = np.unwrap(np.angle(B - A))
+    at = np.array([0, 300, 650, 1000, 1400])
+    points = (A + (0.4 + 0.3j) * (B - A))[at]
+    designs = timed_four_bars(timed(points, way[at]))
+    pivots = (0.0, 1.0, A[0], B[0])
+    assert nearest(designs, pivots) < 1e-9
+    design = min(designs, key=lambda each: nearest([each], pivots))
+    turns = [each.angle for each in design.positions]
+    assert turns == pytest.approx(tool[at] - tool[0], abs=1e-9) and abs(turns[-1]) > np.pi
+
+
+def test_places_that_no_tried_four_bar_reaches():
+    """Of up to four places not every turn of the tool was tried; of five, all were."""
+    resting = [(0.1, 0.2, 0.0), (0.1, 0.2, 0.3), (0.1, 0.2, 0.9)]
+    answer = synthesize(resting, kind="geared-four-bar", timed=True)
+    assert answer.verdict == "undecided" and "four-bars that were tried" in answer.words
+    five = [(0.0, 0.0), (0.3, -0.4), (0.1, 0.2), (0.5, 0.5), (-0.4, 0.0)]
+    places = [
+        (x, y, angle) for (x, y), angle in zip(five, (0.0, 0.35, 0.7, 1.05, 1.6), strict=True)
+    ]
+    assert synthesize(places, kind="geared-four-bar", timed=True).verdict == "infeasible"
+
+
+@pytest.mark.parametrize(
+    ("places", "options", "said"),
+    [
+        (PLACES[:2], {}, "2 timed positions: give 3 to 5"),
+        ([*PLACES, (0, 0, 2), (0, 1, 3)], {}, "6 timed positions: give 3 to 5"),
+        (PLACES[:3], {"kind": "four-bar"}, "for the kinds geared-four-bar and six-bar"),
+        (PLACES[:3], {"fixed": 0j}, "choose none"),
+        ([*PLACES[:3], (0.0, 0.1, 0.9)], {}, "rise or fall"),
+        ([*PLACES[:3], (0.0, 0.1, 6.3)], {}, "less than a turn"),
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 1)], {}, "rise or fall"),
+    ],
+)
+def test_what_no_crank_can_do_is_refused(places, options, said):
+    with pytest.raises(UsageError, match=said):
+        synthesize(places, timed=True, **{"kind": "geared-four-bar", **options})
+
+
+@pytest.mark.slow
+def test_command_and_page(capsys, tmp_path):
+    """The words name the crank, the page moves the mechanism, and its file is balanced."""
+    words = ["synthesize", "--positions", TIMED, "--kind", "geared-four-bar", "--timed"]
+    page, out = tmp_path / "page.html", str(tmp_path / "out.urdf")
+    assert main([*words, "--html", str(page), "--out", out]) == 0
+    text = capsys.readouterr().out
+    assert "(0.2, 0.3) with the crank at 40°" in text
+    assert re.search(r"turns \(deg\) +30, 65\n", text)
+    assert '"motion"' in page.read_text("utf-8")
+    assert main(["verify", out, "--trajectories", "1"]) == 0
+    capsys.readouterr()
+    assert main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["timed"] is True
+    answer = synthesize(PLACES[:3], kind="geared-four-bar", timed=True)
+    assert "positions of the tool" in synthesis_page(answer)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.motion.motion_tolerances import SYNTHESIS_ANGLE_MET
-from balance.studies.synthesis.circle_points import MOST_POSITIONS
 from balance.studies.synthesis.confirm import Confirmation
 from balance.studies.synthesis.constrained_motion import Defect, MotionTable
 from balance.studies.synthesis.construction import Construction
@@ -171,8 +170,8 @@ class Synthesis(WithPage, WithPicture):
 
     @property
     def _sampled(self) -> bool:
-        """Whether there are others than were tried: stacks, and most turns of a free tool."""
-        return self.kind == "stack" or (self.timed and len(self.positions) < MOST_POSITIONS)
+        """Whether there may be others than were tried: stacks, and turns of a free tool."""
+        return self.kind == "stack" or self.timed
 
     @property
     def words(self) -> str:

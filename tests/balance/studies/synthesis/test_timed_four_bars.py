@@ -183,7 +183,7 @@ def test_whole_turns_of_the_tool_count():
 
 
 def test_places_that_no_tried_four_bar_reaches():
-    """Of up to four places not every turn of the tool was tried; of five, all were."""
+    """Turns of the tool are tried in steps: none among them is no proof."""
     resting = [(0.1, 0.2, 0.0), (0.1, 0.2, 0.3), (0.1, 0.2, 0.9)]
     answer = synthesize(resting, kind="geared-four-bar", timed=True)
     assert answer.verdict == "undecided" and "four-bars that were tried" in answer.words
@@ -191,7 +191,7 @@ def test_places_that_no_tried_four_bar_reaches():
     places = [
         (x, y, angle) for (x, y), angle in zip(five, (0.0, 0.35, 0.7, 1.05, 1.6), strict=True)
     ]
-    assert synthesize(places, kind="geared-four-bar", timed=True).verdict == "infeasible"
+    assert synthesize(places, kind="geared-four-bar", timed=True).verdict == "undecided"
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ class ThroughFive(ThroughThree):
 class ThroughFiveInTime(ThroughFive):
     """Five points of the coupler of a known four-bar, at given angles of its crank."""
 
-    params = (("geared-four-bar", 5),)
+    params = (("timed", 5),)
 
     def positions_for(self, kind: str, count: int) -> list[tuple]:
         """The points of the other four-bar; the angles are those of its crank."""
@@ -109,4 +109,4 @@ class ThroughFiveInTime(ThroughFive):
 
     def synthesis(self, kind: str, count: int) -> Synthesis:
         """The tool turns as it may."""
-        return synthesize(self.positions, kind=kind, timed=True)
+        return synthesize(self.positions, kind="geared-four-bar", timed=True)

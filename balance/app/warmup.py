@@ -14,6 +14,7 @@ from balance.motion.verification.shaking_wrench import (
     load_regressors,
     motion_in_chain,
     shaking,
+    shaking_along,
 )
 from balance.motion.verification.trajectory import random_motions
 from balance.space.certification.certify_space import certify
@@ -92,6 +93,7 @@ def _move(linkage: Linkage) -> None:
     chain = input_chain(linkage)
     for way in random_motions(linkage, 1, 3):
         shaking(linkage, way.q, way.qd, way.qdd)
+        shaking_along(linkage, way)
         load_regressors(chain, *motion_in_chain(linkage, chain, way))
 
 

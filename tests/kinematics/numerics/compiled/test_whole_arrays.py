@@ -176,6 +176,7 @@ def test_rows_of_the_regressor(force, moved):
     assert np.allclose(*results, atol=1e-12) and np.abs(results[0]).max() > 1.0
 
 
+@pytest.mark.lanes
 @pytest.mark.parametrize("resting", [False, True])
 def test_inertia_wrenches(resting):
     """Of a helix, a slide and hinges in space, one after another, and a body on the ground."""

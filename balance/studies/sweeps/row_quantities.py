@@ -302,7 +302,9 @@ def _shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float
     peaks = [_peak(size) for size in sizes]
     if isinstance(way.path, SteadyPath):
         largest = np.argmax(sizes, axis=1).tolist()
-        closer = {k: _sizes_along(linkage, _nearer(linkage, way, k), z) for k in set(largest)}
+        closer = {
+            k: _sizes_along(linkage, _sample_closer(linkage, way, k), z) for k in set(largest)
+        }
         peaks = [_peak(closer[k][part]) for part, k in enumerate(largest)]
     means = [float(np.sqrt(np.trapezoid(size * size) / (size.size - 1))) for size in sizes]
     return peaks[0], means[0], peaks[1], means[1]
@@ -314,7 +316,7 @@ def _sizes_along(linkage: Linkage, way: Trajectory, z: Array | None) -> Array:
     return np.array([np.linalg.norm(part, axis=1) for part in (force, moment)])
 
 
-def _nearer(linkage: Linkage, way: Trajectory, k: int) -> Trajectory:
+def _sample_closer(linkage: Linkage, way: Trajectory, k: int) -> Trajectory:
     """Sample a turn of a crank again, closer, about a sample."""
     assert way.path is not None
     first, last = max(k - 1, 0), min(k + 1, way.time.size - 1)

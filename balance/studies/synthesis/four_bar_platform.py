@@ -30,6 +30,7 @@ from balance.studies.synthesis.four_bar_stack import (
     check_stack,
     four_bar_elements,
     place_stack,
+    plate_thicknesses,
 )
 from kinematics.errors import UsageError
 from kinematics.model.document import make_elements
@@ -40,11 +41,9 @@ from kinematics.wording import count_noun, number_text, repr_lines
 LEGS, MODULES = 3, 2
 # Area of the triangle of the hinges over the square of its longest side, at least.
 IN_LINE = 0.02
-# Thickness of plates, over the length of the longest base; the first that does is taken.
-PLATES = (1.0 / 20.0, 1.0 / 8.0)
 
 
-def _leg(direction: float, turn: float) -> tuple[StackedFourBar, StackedFourBar]:
+def _make_leg(direction: float, turn: float) -> tuple[StackedFourBar, StackedFourBar]:
     """Make a leg whose lower base has a direction, and the upper one an angle from it."""
     return (
         StackedFourBar(crank=0.2, base_angle=direction),
@@ -64,9 +63,9 @@ class FourBarPlatform(NamedTuple):
 
     hinges: tuple[complex, ...] = (0.0j, 0.3 + 0.0j, 0.1 + 0.25j)
     legs: tuple[tuple[StackedFourBar, ...], ...] = (
-        _leg(0.3, 1.5),
-        _leg(2.4, 1.3),
-        _leg(-1.6, 1.7),
+        _make_leg(0.3, 1.5),
+        _make_leg(2.4, 1.3),
+        _make_leg(-1.6, 1.7),
     )
     platform_mass: float = 1.0
 
@@ -123,11 +122,8 @@ def four_bar_platform_urdf(
     """
     _check(platform)
     space = bare_space(name, _bare_urdf(platform, name))
-    plates: list[float | None] = [thickness]
-    if thickness is None and density is not None:
-        longest = max(module.crank * module.ratio for leg in platform.legs for module in leg)
-        plates = [part * longest for part in PLATES]
-    for plate in plates:
+    longest = max(module.crank * module.ratio for leg in platform.legs for module in leg)
+    for plate in plate_thicknesses(longest, density, thickness):
         least = {"platform": platform.platform_mass}
         file, _ = balanced_masses(space, density, plate, least)
         if file is not None:

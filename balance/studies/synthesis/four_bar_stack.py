@@ -50,7 +50,7 @@ Complex = NDArray[np.complex128]
 
 # Shortest base over its crank: masses exist above √2.
 SHORTEST = 1.42
-# Thickness of plates, over the length of the lowest base; the first that does is taken.
+# Thickness of plates, over the length of a base; the first that does is taken.
 PLATES = (1.0 / 20.0, 1.0 / 8.0)
 # Sine of the angle between crank and base, below which a four-bar is flat.
 FLAT = 0.05
@@ -204,11 +204,8 @@ def four_bar_stack_urdf(
     middle = complex(place.middle)
     tool = Position(middle.real, middle.imag, 0.0)
     base = modules[0].crank * modules[0].ratio
-    plates: list[float | None] = [thickness]
-    if thickness is None and density is not None:
-        plates = [part * base for part in PLATES]
     space = stack_space(bare_stack(place, tool, name))
-    for plate in plates:
+    for plate in plate_thicknesses(base, density, thickness):
         masses = stack_masses(space, density, plate)
         if masses is not None:
             return masses.urdf
@@ -216,6 +213,21 @@ def four_bar_stack_urdf(
     raise UsageError(
         f"no {matter} balances the stack: take longer bases, or allow denser or thicker matter"
     )
+
+
+def plate_thicknesses(
+    base: float, density: float | None, thickness: float | None
+) -> tuple[float | None, ...]:
+    """List the thicknesses of plates to try, the first that balances counts; metres.
+
+    Args:
+        base: length of a base, m.
+        density: of the plates; None for points, which have no thickness.
+        thickness: the only one to try, if given.
+    """
+    if thickness is not None or density is None:
+        return (thickness,)
+    return tuple(part * base for part in PLATES)
 
 
 class StackMasses(NamedTuple):

@@ -80,7 +80,7 @@ def special_four_bars(request: SynthesisRequest) -> Synthesis:
     if unbuilt and not any(mechanism.good for mechanism in ranked):
         # Those of the other kind have defects; these have none, and may have masses.
         ranked = []
-    return _answer(request, ranked, count)
+    return make_synthesis(request, ranked, count)
 
 
 def _of_plates(
@@ -119,7 +119,7 @@ def slider_cranks(request: SynthesisRequest) -> Synthesis:
     mechanism = next((each for each in tried if each is not None), None)
     if request.progress is not None:
         request.progress(1, 1)
-    return _answer(request, [] if mechanism is None else [mechanism], int(meets))
+    return make_synthesis(request, [] if mechanism is None else [mechanism], int(meets))
 
 
 def _space_of(four_bar: FourBarDesign) -> DesignSpace:
@@ -190,7 +190,7 @@ def geared_four_bars(request: SynthesisRequest) -> Synthesis:
     ranks = rank_least_first([mechanism.numbers["added_mass"] for mechanism in mechanisms])
     ranked = sorted((mechanisms[k] for k in ranks), key=lambda mechanism: not mechanism.good)
     remark = "links: bars of steel; tool: 1 kg; a rotor turns three times as far as its joint"
-    return _answer(request, ranked, len(designs), (remark,))
+    return make_synthesis(request, ranked, len(designs), (remark,))
 
 
 def _general_designs(request: SynthesisRequest) -> tuple[GeneralFourBar, ...]:
@@ -222,7 +222,7 @@ def dyad_six_bars(request: SynthesisRequest) -> Synthesis:
     ranked = sorted((mechanisms[k] for k in ranks), key=lambda pair: not pair[0].good)
     remarks = tuple(words for _, words in ranked[:1])
     count = len(mechanisms) or len(designs)
-    return _answer(request, [mechanism for mechanism, _ in ranked], count, remarks)
+    return make_synthesis(request, [mechanism for mechanism, _ in ranked], count, remarks)
 
 
 def _mass_of(mechanism: SynthesizedMechanism) -> float:
@@ -230,7 +230,7 @@ def _mass_of(mechanism: SynthesizedMechanism) -> float:
     return sum(mass for name, mass in mechanism.numbers.items() if name.endswith("_mass"))
 
 
-def _answer(
+def make_synthesis(
     request: SynthesisRequest,
     mechanisms: Sequence[SynthesizedMechanism],
     count: int,

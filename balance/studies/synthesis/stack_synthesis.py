@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
@@ -12,11 +11,12 @@ from balance.motion.verification.given_motions import rest_to_rest
 from balance.studies.synthesis.confirm import confirm_balance
 from balance.studies.synthesis.constrained_motion import MotionTable
 from balance.studies.synthesis.four_bar_stack import (
-    PLATES,
     StackMasses,
+    plate_thicknesses,
     stack_masses,
     stack_space,
 )
+from balance.studies.synthesis.four_bar_synthesis import make_synthesis
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from balance.studies.synthesis.positions import size_of
 from balance.studies.synthesis.request import SynthesisRequest
@@ -49,25 +49,7 @@ def decoupled_stack(request: SynthesisRequest) -> Synthesis:
             break
     if request.progress is not None:
         request.progress(TRIES, TRIES)
-    return Synthesis(
-        request.positions,
-        request.kind,
-        None,
-        tuple(mechanisms),
-        count,
-        words,
-        density=request.density,
-        thickness=request.thickness,
-    )
-
-
-def _plates(request: SynthesisRequest, design: StackDesign) -> Iterator[float | None]:
-    """Yield thicknesses of plates, thin ones first; None for points."""
-    if request.thickness is not None or request.density is None:
-        yield request.thickness
-        return
-    lowest = design.modules[0]
-    yield from (part * lowest.crank * lowest.ratio for part in PLATES)
+    return make_synthesis(request, mechanisms, count, words)
 
 
 def _masses(
@@ -75,7 +57,9 @@ def _masses(
 ) -> tuple[StackMasses | None, float | None]:
     """Find masses of a stack, and the thickness of its plates."""
     space = stack_space(design.urdf)
-    for plate in _plates(request, design):
+    lowest = design.modules[0]
+    base = lowest.crank * lowest.ratio
+    for plate in plate_thicknesses(base, request.density, request.thickness):
         masses = stack_masses(space, request.density, plate)
         if masses is not None:
             return masses, plate

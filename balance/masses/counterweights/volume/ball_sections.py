@@ -38,7 +38,7 @@ def section_moments(
     Returns:
         The moments (4, 4).
     """
-    rays = _rays(axis, count, origin)
+    rays = _choose_rays(axis, count, origin)
     intervals = positive_intervals(rays, form)
     (first, ends), (second, later) = intervals.roots
     between = intervals.at_end + later
@@ -51,7 +51,7 @@ def section_moments(
         (second, zero + 1.0, intervals.at_end),
     ):
         counts = (positive > 0.0) & (low < high)
-        parts[:, counts] += _along(low[counts], high[counts], alpha, beta[counts])
+        parts[:, counts] += _integrate_along(low[counts], high[counts], alpha, beta[counts])
     mass, linear, square, thick = rays.weights * parts
     local = np.empty((4, 4))
     local[:3, :3] = (square * rays.sides) @ rays.sides.T + thick.sum() * np.outer(axis, axis)
@@ -77,7 +77,7 @@ def section_products(
     Returns:
         ``∫_{q = 0} f_i f_j / |∇q| dS`` (n, n).
     """
-    rays = _rays(axis, count, origin)
+    rays = _choose_rays(axis, count, origin)
     intervals = positive_intervals(rays, form)
     flat, total = basis.reshape(len(basis), 16).T, np.zeros((len(basis), len(basis)))
     nodes, shares = unit_gauss(ACROSS)
@@ -111,7 +111,7 @@ def disc_products(normal: Array, constant: float, basis: Array) -> Array:
     axis, height = normal / size, -constant / size
     # Of radius and angle polynomials of degree 4 are integrated exactly.
     squares, shares = unit_gauss(ACROSS)
-    ways = _ways(axis.tobytes(), AROUND)
+    ways = _choose_directions(axis.tobytes(), AROUND)
     area = np.pi * (1.0 - height) * (1.0 + height)
     radii = np.sqrt((1.0 - height) * (1.0 + height) * squares)
     points = height * axis + (radii[:, None, None] * ways.T).reshape(-1, 3)
@@ -121,11 +121,11 @@ def disc_products(normal: Array, constant: float, basis: Array) -> Array:
     return np.asarray((weights * values.T) @ values)
 
 
-def _rays(axis: Array, count: int, origin: tuple[float, float, float]) -> Rays:
+def _choose_rays(axis: Array, count: int, origin: tuple[float, float, float]) -> Rays:
     """Choose rays from a point of the disc across an axis to its rim."""
     o = np.array(origin)
     o = o - float(axis @ o) * axis
-    ways = _ways(axis.tobytes(), max(3, count // FEWER))
+    ways = _choose_directions(axis.tobytes(), max(3, count // FEWER))
     along = o @ ways
     lengths = np.sqrt(along**2 + (1.0 - float(o @ o))) - along
     lengths = np.maximum(lengths, PART_ROUND_OFF)
@@ -133,7 +133,7 @@ def _rays(axis: Array, count: int, origin: tuple[float, float, float]) -> Rays:
 
 
 @lru_cache(maxsize=32)
-def _ways(axis: bytes, n: int) -> Array:
+def _choose_directions(axis: bytes, n: int) -> Array:
     """Choose n unit vectors (3, n) across an axis."""
     z = np.frombuffer(axis)
     e1 = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
@@ -142,7 +142,7 @@ def _ways(axis: bytes, n: int) -> Array:
     return np.outer(e1, np.cos(turn)) + np.outer(np.cross(z, e1), np.sin(turn))
 
 
-def _along(low: Array, high: Array, alpha: float, beta: Array) -> Array:
+def _integrate_along(low: Array, high: Array, alpha: float, beta: Array) -> Array:
     """Integrate 2 τ h, 2 τ² h, 2 τ³ h and 2/3 τ h³ from τ = low (n,) to high (n,): (4, n)."""
     stretch = (alpha + beta) / beta
     nodes, shares = unit_gauss(NODES)

@@ -139,7 +139,9 @@ def least_matter(
         return LeastMatter(matter, None)
     space = certify(space) if flat else whole
     anywhere = feasible(space)
-    if anywhere.verdict == "infeasible" and feasible(given).verdict == "feasible":
+    # Lengths that are special but for their last digits have a condition more, exactly.
+    special = anywhere.verdict == "infeasible" or whole.rank > rounded.rank
+    if special and feasible(given).verdict == "feasible":
         wider = fill(rounded, links, wide)
         none = matter.undecided(ROUNDED, certificate=None, check=None)
         return LeastMatter(wider if wider.verdict == "feasible" else none, None)

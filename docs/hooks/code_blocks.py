@@ -158,16 +158,16 @@ def _command(line: str, block: Block) -> str:
 def _compare(block: Block, printed: str) -> None:
     """Compare a shown output with a printed one."""
     shown, got = (text.strip("\n").splitlines() for text in (block.text, printed))
-    assert _match(shown, got), f"line {block.line}: printed\n{printed}"
+    assert lines_match(shown, got), f"line {block.line}: printed\n{printed}"
 
 
-def _match(shown: list[str], got: list[str]) -> bool:
-    """Compare lines; a line … stands for any lines."""
+def lines_match(shown: list[str], got: list[str]) -> bool:
+    """Compare lines as said on top; a line … stands for any lines."""
     if not shown:
         return not got
     if shown[0].strip() == "…":
-        return any(_match(shown[1:], got[k:]) for k in range(len(got) + 1))
-    return bool(got) and _alike(shown[0], got[0]) and _match(shown[1:], got[1:])
+        return any(lines_match(shown[1:], got[k:]) for k in range(len(got) + 1))
+    return bool(got) and _alike(shown[0], got[0]) and lines_match(shown[1:], got[1:])
 
 
 def _alike(shown: str, got: str) -> bool:

@@ -11,6 +11,7 @@ Names for users, beside those of `balance` itself:
 - ``StackedFourBar``: one four-bar of ``four_bar_stack_urdf``
 - ``StackedChains``: lengths and masses of ``stacked_urdf``
 - ``SynthesizedMechanism``: one mechanism, its file and what confirms it
+- ``equivalent_points``: four point masses that are equivalent to a rigid body
 - ``four_bar_platform_urdf``: write a platform on three legs of balanced four-bars, balanced
 - ``four_bar_stack_urdf``: write balanced four-bars that stand on each other, n freedoms
 - ``parallelepiped_platform_urdf``: write a spatial platform of three or six freedoms, balanced

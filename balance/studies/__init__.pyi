@@ -9,6 +9,7 @@ from .synthesis.pantograph import PantographMasses as PantographMasses
 from .synthesis.parallelepiped_platform import (
     ParallelepipedPlatform as ParallelepipedPlatform,
 )
+from .synthesis.parallelepiped_platform import equivalent_points as equivalent_points
 from .synthesis.parallelepiped_platform import (
     parallelepiped_platform_urdf as parallelepiped_platform_urdf,
 )

@@ -1,4 +1,4 @@
-"""Spatial platforms on three legs of parallelepipeds, with three or six freedoms.
+"""Spatial platforms on three or four legs of parallelepipeds, with three or six freedoms.
 
 A leg is a parallelepiped whose three edges a_k turn about constant axes n_k: three
 parallelograms in series, each on a carrier that only translates. Edge k is two equal links,
@@ -23,8 +23,8 @@ a platform that is equivalent to point masses there, too:
 
     Σ m_i = m,    Σ m_i r_i = m c,    Σ m_i (|r_i - c|² 1 - (r_i - c)(r_i - c)ᵀ) = I.
 
-The last holds for thin plates in the plane of three points; where the platform does not turn,
-it is not needed.
+With three points, the last holds for thin plates in their plane; four are equivalent to any
+platform, `equivalent_points`. Where the platform does not turn, it is not needed.
 
 Sources: the platform as point masses on legs that are balanced one by one, with mechanisms of
 parallelepipeds and counter-rotations: Y. Wu, C. M. Gosselin, Design of reactionless 3-DOF and
@@ -35,9 +35,11 @@ Des. 129(2), 2007. The arrangement of the legs, the formulas above and the sizes
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from balance.masses.designs.density import STEEL
 from kinematics.errors import UsageError
@@ -49,17 +51,19 @@ from kinematics.wording import count_noun, number_text, repr_lines
 
 Vector = tuple[float, float, float]
 
-LEGS, EDGES = 3, 3
-FREEDOMS = (3, 6)
+LEGS, FREEDOMS = (3, 4), (3, 6)
+EDGES = 3
+# Corners of a cube, one in each pair of opposite ones: Σ v vᵀ = 4.
+TETRAHEDRON = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0))
 # Decimals of lengths and directions.
 DECIMALS = 12
-# Volume of a leg over that of a cuboid of its edges, twice the area of the hinges over the
-# square of their longest side, and smallest over largest speed of the inputs, at least.
+# Volume of a leg over that of a cuboid of its edges, second over first radius of gyration of
+# the hinges, and smallest over largest speed of the inputs, at least.
 FLAT = 0.05
 
 
 class ParallelepipedPlatform(NamedTuple):
-    """Sizes of a platform on three legs of parallelepipeds; SI units.
+    """Sizes of a platform on three or four legs of parallelepipeds; SI units.
 
     Attributes:
         freedoms: 6, or 3 for a platform that only translates.
@@ -130,12 +134,12 @@ class _Edge(NamedTuple):
 def parallelepiped_platform_urdf(
     platform: ParallelepipedPlatform = DEFAULT, name: str = "parallelepiped_platform"
 ) -> bytes:
-    """Write a platform on three legs of parallelepipeds as a URDF file, balanced.
+    """Write a platform on legs of parallelepipeds as a URDF file, balanced.
 
-    With six freedoms the inputs are ``edge_joint_L_1`` and ``edge_joint_L_2`` of each leg L,
-    and the platform is a thin plate on three ball joints. With three the inputs are the edges
-    on the base, ``edge_joint_L_1``, the platform is fixed to the first leg, and its tensor is
-    of no matter. Bars and counterweights are of steel, the latter as balls; rotors are discs
+    The inputs are the first edges ``edge_joint_L_1`` of the legs L, and with six freedoms as
+    many second ones ``edge_joint_L_2`` as it takes; the platform is then on ball joints, and on
+    three legs a thin plate. With three freedoms it is fixed to the legs, and its tensor is of
+    no matter. Bars and counterweights are of steel, the latter as balls; rotors are discs
     whose mass follows from their radius.
 
     Args:
@@ -146,9 +150,9 @@ def parallelepiped_platform_urdf(
         The file.
 
     Raises:
-        UsageError: there are not three legs of three edges, a leg or the triangle of the hinges
-            is flat, the inputs do not move the platform in all its freedoms, or a size is not
-            positive.
+        UsageError: there are not three or four legs of three edges, a leg is flat, the hinges
+            are in line, the inputs do not move the platform in all its freedoms, or a size is
+            not positive.
 
     Source:
         Y. Wu, C. M. Gosselin, IEEE Trans. Robotics 21(5), 2005.
@@ -163,9 +167,58 @@ def parallelepiped_platform_urdf(
     """
     _check(platform)
     parts: list[Element] = [make_elements.link("base")]
-    tips = [_add_leg(parts, platform, number) for number in range(1, LEGS + 1)]
+    tips = [_add_leg(parts, platform, number) for number in range(1, len(platform.legs) + 1)]
     parts += _platform_elements(platform, tips)
     return element_text(make_elements.robot(name, parts)).encode()
+
+
+def equivalent_points(
+    mass: float, centre: Sequence[float], tensor: ArrayLike
+) -> tuple[tuple[Vector, ...], tuple[float, ...]]:
+    """Find four equal point masses that are equivalent to a rigid body.
+
+    With the second moments ``S = ½ tr(I) 1 - I`` they are at ``c + √(S/m) v_i``, where v_i are
+    the corners (1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1), so that ``Σ v vᵀ = 4``.
+
+    Args:
+        mass: m, kg.
+        centre: c, m.
+        tensor: I about the centre of mass (3, 3), kg m².
+
+    Returns:
+        Hinges and shares of a `ParallelepipedPlatform`: where the masses are, m, and each, kg.
+
+    Raises:
+        UsageError: no body has this mass and tensor.
+
+    Source:
+        Y. Wu, C. M. Gosselin, ASME J. Mech. Des. 129(2), 2007, for four points; the formula is
+        ours.
+
+    Example:
+        >>> import numpy as np, balance.studies
+        >>> hinges, shares = balance.studies.equivalent_points(4.0, (0, 0, 0), 8 * np.eye(3))
+        >>> hinges[1], shares
+        ((1.0, -1.0, -1.0), (1.0, 1.0, 1.0, 1.0))
+    """
+    moments, c = np.array(tensor, dtype=float), np.array(centre, dtype=float)
+    if moments.shape != (3, 3) or c.shape != (3,):
+        raise UsageError("equivalent points: give a centre (3,) and a tensor (3, 3)")
+    if not np.isfinite([*moments.flat, *c, mass]).all():
+        raise UsageError("equivalent points: give finite numbers")
+    second = 0.5 * np.trace(moments) * np.eye(3) - 0.5 * (moments + moments.T)
+    squares, axes = np.linalg.eigh(second)
+    if not (mass > 0.0 and squares[0] >= 0.0):
+        raise UsageError("equivalent points: no body has this mass and this tensor")
+    root = (axes * np.sqrt(squares / mass)) @ axes.T
+    points = c + np.array(TETRAHEDRON) @ root
+    return tuple((x, y, z) for x, y, z in points.tolist()), (0.25 * mass,) * len(points)
+
+
+def _driven(platform: ParallelepipedPlatform) -> tuple[int, int, int]:
+    """Count the legs whose first, second and third edge is driven; they are the first ones."""
+    first = min(platform.freedoms, len(platform.legs))
+    return first, platform.freedoms - first, 0
 
 
 def _directions(edges: Array) -> tuple[Array, Array]:
@@ -219,7 +272,8 @@ def _add_leg(
     below = "base", (np.array(platform.hinges[number - 1]) - reach).round(DECIMALS)
     for k, edge in enumerate(edges, 1):
         label = f"{number}_{k}"
-        parts += _edge_elements(platform, edge, label, below, k <= platform.freedoms // LEGS)
+        driven = number <= _driven(platform)[k - 1]
+        parts += _edge_elements(platform, edge, label, below, driven)
         below = f"carrier_{label}", edge.aside
     return below
 
@@ -304,7 +358,7 @@ def _platform_elements(
     inertial = make_elements.inertial(float(masses.sum()), tensor, _origin(centre))
     parts = [make_elements.link("platform", inertial)]
     (carrier, tip), *others = tips
-    if platform.freedoms == LEGS:
+    if platform.freedoms == 3:
         parts.append(make_elements.joint("hinge_1", "fixed", carrier, "platform", _origin(tip)))
     else:
         # A ball joint, of hinges with links without mass between them.
@@ -318,7 +372,7 @@ def _platform_elements(
             )
     for number, (link, end) in enumerate(others, 2):
         sides = [(link, _origin(end)), ("platform", _origin(at[number - 1]))]
-        kind = "fixed" if platform.freedoms == LEGS else "spherical"
+        kind = "fixed" if platform.freedoms == 3 else "spherical"
         parts.append(make_elements.loop(f"hinge_{number}", kind, sides))
     return parts
 
@@ -361,18 +415,19 @@ def _check(platform: ParallelepipedPlatform) -> None:
     if platform.freedoms not in FREEDOMS:
         raise UsageError(f"{where}: freedoms = {platform.freedoms}: give 3 or 6")
     counts = {len(platform.hinges), len(platform.legs), len(platform.shares)}
-    if counts != {LEGS} or any(len(leg) != EDGES for leg in platform.legs):
-        raise UsageError(f"{where}: give three hinges, three shares and three legs of edges")
+    if len(counts) != 1 or not counts <= {*LEGS} or {*map(len, platform.legs)} != {EDGES}:
+        raise UsageError(f"{where}: give three or four hinges, shares and legs of three edges")
     for field, value in _sizes(platform).items():
         if not 0.0 < value < float("inf"):
             raise UsageError(f"{where}: {field} = {value:g} must be positive")
     for number, leg in enumerate(platform.legs, 1):
         if _is_flat(np.array(leg)):
             raise UsageError(f"{where}: leg {number} is flat, or not finite")
-    first, second, third = np.array(platform.hinges)
-    sides = np.array([second - first, third - first, third - second])
-    longest = np.linalg.norm(sides, axis=1).max()
-    if not np.linalg.norm(np.cross(sides[0], sides[1])) > FLAT * longest**2:
+    hinges = np.array(platform.hinges)
+    radii = np.zeros(2)
+    if np.isfinite(hinges).all():
+        radii = np.linalg.svd(hinges - hinges.mean(axis=0), compute_uv=False)
+    if not radii[1] > FLAT * radii[0]:
         raise UsageError(f"{where}: the hinges are in line, or not finite")
     speeds = np.linalg.svd(_input_speeds(platform), compute_uv=False)
     if not speeds[-1] > FLAT * speeds[0]:
@@ -409,12 +464,13 @@ def _input_speeds(platform: ParallelepipedPlatform) -> Array:
     hinges = np.array(platform.hinges)
     arms = hinges - hinges.mean(axis=0)
     size = np.linalg.norm(arms, axis=1).max()
-    driven, rows = platform.freedoms // LEGS, []
-    for arm, leg in zip(arms / size, platform.legs, strict=True):
+    driven, rows = _driven(platform), []
+    for number, (arm, leg) in enumerate(zip(arms / size, platform.legs, strict=True)):
         _, ways = _directions(np.array(leg))
         # The turn ω moves the hinge by ω × arm.
         x, y, z = arm
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
         velocity = np.column_stack([np.eye(3), turn])[:, : platform.freedoms]
-        rows.append(np.linalg.solve(ways.T, velocity)[:driven])
+        speeds = np.linalg.solve(ways.T, velocity)
+        rows += [speeds[k] for k in range(EDGES) if number < driven[k]]
     return np.vstack(rows)

@@ -8,9 +8,9 @@ tip of the leg is
     r = b + a_1 + a_2 + a_3,    ȧ_k = θ̇_k n_k × a_k
 
 and goes everywhere near. With the mass M_k that edge k carries, the mass m_k of its two links
-and both counterweights c_k, at -γ_k a_k, the forces are balanced if
+and both counterweights c_k, at -γ a_k, the forces are balanced if
 
-    γ_k c_k = M_k + ½ m_k.
+    γ c_k = M_k + ½ m_k.
 
 Then all that hangs on an edge has its centre of mass on its axis, no product of two rates is
 left in the moment of momentum, and it is ``Σ_k J_k θ̇_k n_k`` with constant
@@ -30,7 +30,8 @@ Sources: the platform as point masses on legs that are balanced one by one, with
 parallelepipeds and counter-rotations: Y. Wu, C. M. Gosselin, Design of reactionless 3-DOF and
 6-DOF parallel manipulators using parallelepiped mechanisms, IEEE Trans. Robotics 21(5), 2005,
 and On the dynamic balancing of multi-DOF parallel mechanisms with multiple legs, ASME J. Mech.
-Des. 129(2), 2007. The arrangement of the legs, the formulas above and the sizes are ours.
+Des. 129(2), 2007, after their titles and abstracts. The arrangement of the legs, the formulas
+above and the sizes are ours.
 """
 
 from __future__ import annotations
@@ -55,6 +56,8 @@ LEGS, FREEDOMS = (3, 4), (3, 6)
 EDGES = 3
 # Corners of a cube, one in each pair of opposite ones: Σ v vᵀ = 4.
 TETRAHEDRON = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0))
+# Second moment across a thin plate over the largest, at most.
+ROUNDING = 1e-12
 # Decimals of lengths and directions.
 DECIMALS = 12
 # Volume of a leg over that of a cuboid of its edges, second over first radius of gyration of
@@ -174,7 +177,7 @@ def parallelepiped_platform_urdf(
 
 def equivalent_points(
     mass: float, centre: Sequence[float], tensor: ArrayLike
-) -> tuple[tuple[Vector, ...], tuple[float, ...]]:
+) -> tuple[tuple[tuple[float, float, float], ...], tuple[float, ...]]:
     """Find four equal point masses that are equivalent to a rigid body.
 
     With the second moments ``S = ½ tr(I) 1 - I`` they are at ``c + √(S/m) v_i``, where v_i are
@@ -208,9 +211,10 @@ def equivalent_points(
         raise UsageError("equivalent points: give finite numbers")
     second = 0.5 * np.trace(moments) * np.eye(3) - 0.5 * (moments + moments.T)
     squares, axes = np.linalg.eigh(second)
-    if not (mass > 0.0 and squares[0] >= 0.0):
+    # A thin plate has none across it, up to rounding.
+    if not (mass > 0.0 and squares[0] >= -ROUNDING * squares[2]):
         raise UsageError("equivalent points: no body has this mass and this tensor")
-    root = (axes * np.sqrt(squares / mass)) @ axes.T
+    root = (axes * np.sqrt(squares.clip(0.0) / mass)) @ axes.T
     points = c + np.array(TETRAHEDRON) @ root
     return tuple((x, y, z) for x, y, z in points.tolist()), (0.25 * mass,) * len(points)
 

@@ -160,11 +160,12 @@ def test_on_four_legs_the_platform_is_the_body():
     assert tensor == pytest.approx(BODY, abs=1e-11)
 
 
-def test_points_of_a_turned_body_are_equivalent_to_it():
+@pytest.mark.parametrize("body", [BODY, np.diag([0.01, 0.02, 0.03])], ids=["body", "plate"])
+def test_points_of_a_turned_body_are_equivalent_to_it(body):
     """Mass, centre and tensor about it of four point masses."""
     rng = np.random.default_rng(4)
     turned, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    tensor, centre = turned @ BODY @ turned.T, rng.normal(size=3)
+    tensor, centre = turned @ body @ turned.T, rng.normal(size=3)
     points, masses = map(np.array, equivalent_points(0.7, centre, tensor))
     arms = points - centre
     assert masses.sum() == pytest.approx(0.7, rel=1e-14)

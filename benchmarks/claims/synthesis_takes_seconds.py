@@ -44,6 +44,13 @@ def kite_positions() -> list[tuple]:
     return positions_of(A, B, 0.2 - 0.7j)
 
 
+def random_positions(count: int, seed: int) -> list[tuple]:
+    """Points in a square of 1 m, and angles within ±1 rad."""
+    rng = np.random.default_rng([count, seed])
+    points, angles = rng.uniform(-0.5, 0.5, (count, 2)), rng.uniform(-1.0, 1.0, count)
+    return [(*point, angle) for point, angle in zip(points, angles, strict=True)]
+
+
 class ThroughThree:
     """Three positions, each kind of mechanism."""
 
@@ -81,9 +88,7 @@ class ThroughThreeAtRandom(ThroughThree):
 
     def positions_for(self, kind: str, seed: int) -> list[tuple]:
         """Points in a square of 1 m, and angles within ±1 rad."""
-        rng = np.random.default_rng([3, seed])
-        points, angles = rng.uniform(-0.5, 0.5, (3, 2)), rng.uniform(-1.0, 1.0, 3)
-        return [(*point, angle) for point, angle in zip(points, angles, strict=True)]
+        return random_positions(3, seed)
 
 
 class ThroughFive(ThroughThree):
@@ -95,6 +100,17 @@ class ThroughFive(ThroughThree):
     def positions_for(self, kind: str, count: int) -> list[tuple]:
         """Those of a kite, or of another four-bar."""
         return kite_positions() if kind == "four-bar" else general_positions()
+
+
+class StackThroughMany(ThroughThree):
+    """A stack of three four-bars, decoupled, through random positions."""
+
+    params = tuple(("stack", count) for count in (3, 5, 10))
+    claims = (("time_synthesis", 5.0), ("track_unconfirmed", 0.0))
+
+    def positions_for(self, kind: str, count: int) -> list[tuple]:
+        """As of the random tasks above."""
+        return random_positions(count, 0)
 
 
 class ThroughFiveInTime(ThroughFive):

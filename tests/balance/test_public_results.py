@@ -69,9 +69,9 @@ PARTS = set(
     Arm BalancingFamily Beam BodyInertia BuildableMasses Certainty CertificateCheck Clamp
     DesignCheck ElasticFrame EndBody Feasibility FewestRotors FloatingBase FourBarPlatform
     Freedom ManySpaces Meeting ModeAnswer MomentumMap MomentumTaylor MovableWeight Multipole
-    PantographMasses Payload PoseBalance Primitive PrincipalVectors Proof ReactionNullSpace
-    Region RotorSet ScrewLine Section Similarity SpaceRecord StackedChains StackedFourBar Study
-    Support Trajectory Transfer
+    PantographMasses ParallelepipedPlatform Payload PoseBalance Primitive PrincipalVectors Proof
+    ReactionNullSpace Region RotorSet ScrewLine Section Similarity SpaceRecord StackedChains
+    StackedFourBar Study Support Trajectory Transfer
     """.split()
 )
 # Words that stand for what another word stands for in the same arguments.

@@ -167,6 +167,7 @@ def results_of_masses(space, none):
         (balance.studies.PantographMasses(*[0.5] * 13), "3 kg"),
         (balance.studies.StackedChains(), "11 kg"),
         (balance.studies.StackedFourBar(), "antiparallelogram, crank and base 0.2 and 0.6 m"),
+        (balance.studies.ParallelepipedPlatform(), "6 freedoms"),
         (balance.studies.PrincipalVectors((0j,), (-1j, 1 + 0j)), "2 elements, 2 rods"),
     ]
 

@@ -14,24 +14,49 @@ import pinocchio as pin
 
 
 class PlanarFile:
-    """The model; the first velocities are those of the base, which is at its place."""
+    """The model; the first velocities are those of the base, which is at its place.
+
+    Joints with ``<mimic>`` are no joints of loops.
+    """
+
+    root = pin.JointModelPlanar
 
     def __init__(self, urdf: bytes, inputs) -> None:
         """Read a file whose joints are hinges about z."""
         root = ElementTree.fromstring(urdf)
         self.loops = [
-            [(side.get("link"), _point(side)) for side in loop if side.get("link")]
+            [
+                (side.get("link"), vector_of(side.find("origin")))
+                for side in loop
+                if side.get("link")
+            ]
             for loop in root.findall("loop")
         ]
+        self.axes = [vector_of(loop.find("axis")) for loop in root.findall("loop")]
         self.links = [link.get("name") for link in root.iter("link") if len(link)]
         for loop in root.findall("loop"):
             root.remove(loop)
         text = ElementTree.tostring(root, encoding="unicode")
-        self.model = pin.buildModelFromXML(text, pin.JointModelPlanar())
+        self.model = pin.buildModelFromXML(text, self.root())
         self.data = self.model.createData()
-        self.free = [self.model.idx_vs[self.model.getJointId(name)] for name in inputs]
-        self.others = [k for k in range(3, self.model.nv) if k not in self.free]
+        self.free = [self._number(name) for name in inputs]
+        self.followers = {
+            self._number(joint.get("name")): (self._number(mimic.get("joint")), mimic)
+            for joint in root.iter("joint")
+            for mimic in joint.iter("mimic")
+        }
+        self.base = list(range(self.model.joints[1].nv))
+        known = {*self.base, *self.free, *self.followers}
+        self.others = [k for k in range(self.model.nv) if k not in known]
         self.q = pin.neutral(self.model)
+
+    def _number(self, joint: str) -> int:
+        return self.model.idx_vs[self.model.getJointId(joint)]
+
+    def _follow(self, rates: np.ndarray) -> None:
+        """Give joints with ``<mimic>``, which are rows, the rates that they follow."""
+        for joint, (leader, mimic) in self.followers.items():
+            rates[joint] = float(mimic.get("multiplier")) * rates[leader]
 
     def frame(self, link: str) -> pin.SE3:
         """The frame of a link at the pose."""
@@ -49,6 +74,7 @@ class PlanarFile:
             for _ in range(6):
                 gaps, J = self._gaps(pin.integrate(self.model, neutral, turned))
                 turned[self.others] -= np.linalg.lstsq(J[:, self.others], gaps, rcond=None)[0]
+                self._follow(turned)
         self.q = pin.integrate(self.model, neutral, turned)
         closed = np.abs(self._gaps(self.q)[0]).max(initial=0.0) < 1e-11
         return float(np.abs(turned).max()) if closed else np.inf
@@ -58,11 +84,13 @@ class PlanarFile:
         M = pin.crba(self.model, self.data, self.q)
         M = np.triu(M) + np.triu(M, 1).T
         _, J = self._gaps(self.q)
-        kept = [0, 1, 2, *self.free]
+        kept = [*self.base, *self.free]
         G = np.zeros((self.model.nv, len(kept)))
         G[kept, np.arange(len(kept))] = 1.0
         # Velocities of the base do not open the pins.
-        G[self.others, 3:] = -np.linalg.lstsq(J[:, self.others], J[:, self.free], rcond=None)[0]
+        closing = np.linalg.lstsq(J[:, self.others], J[:, self.free], rcond=None)[0]
+        G[self.others, len(self.base) :] = -closing
+        self._follow(G)
         return G.T @ M @ G
 
     def _gaps(self, q: np.ndarray):
@@ -71,12 +99,17 @@ class PlanarFile:
         pin.updateFramePlacements(self.model, self.data)
         pin.computeJointJacobians(self.model, self.data, q)
         gaps, rows = [], []
-        for sides in self.loops:
-            (at, J), (there, K) = (self._end(*side) for side in sides)
-            gaps.append((at - there)[:2])
-            rows.append((J - K)[:2])
+        for sides, axis in zip(self.loops, self.axes, strict=True):
+            gap, row = self._loop_gap(sides, axis)
+            gaps.append(gap)
+            rows.append(row)
         empty = np.zeros((0, self.model.nv))
         return np.concatenate([[], *gaps]), np.vstack([empty, *rows])
+
+    def _loop_gap(self, sides, axis):
+        """Distance of the ends of a pin in the plane, and its derivatives."""
+        (at, J), (there, K) = (self._end(*side) for side in sides)
+        return (at - there)[:2], (J - K)[:2]
 
     def _end(self, link: str, point: np.ndarray):
         number = self.model.getFrameId(link)
@@ -88,6 +121,8 @@ class PlanarFile:
         return frame.translation + arm, J[:3] - pin.skew(arm) @ J[3:]
 
 
-def _point(side) -> np.ndarray:
-    origin = side.find("origin")
-    return np.array([float(x) for x in origin.get("xyz", "0 0 0").split()])
+def vector_of(element) -> np.ndarray | None:
+    """The numbers of ``xyz``; None without an element."""
+    if element is None:
+        return None
+    return np.array([float(x) for x in element.get("xyz", "0 0 0").split()])

@@ -14,6 +14,7 @@ from balance.studies.synthesis.stack_designs import stack_designs
 from kinematics import load
 from kinematics.errors import SynthesisError, UsageError
 from kinematics.model.document.element import Document
+from tests.independent.synthesis_run import judge_task
 from tests.support.covering import number_of_cases
 from tests.support.planar_in_pinocchio import PlanarFile
 
@@ -71,6 +72,17 @@ def test_many_random_positions_are_met():
             assert model.turn_to(turns) < np.pi
             assert np.abs(tool_of(model)[0] - [x, y]).max() < 1e-9
     assert met > 0.7 * cases
+
+
+@pytest.mark.slow
+def test_files_of_random_tasks_are_balanced_and_decoupled(tmp_path):
+    """By Pinocchio from the written file; most tasks within 115° have a stack."""
+    cases = number_of_cases(2, 20)
+    lines = [
+        judge_task("stack", 2 + seed % 4, seed, False, False, tmp_path) for seed in range(cases)
+    ]
+    assert not any(line.get("wrong") for line in lines), lines
+    assert sum(line.get("met", 0) for line in lines) > 0.7 * cases
 
 
 @pytest.mark.slow

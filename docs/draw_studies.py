@@ -78,6 +78,29 @@ def engine():
     return compare(files, (0, 1), ghosts, 3000.0, speed="240rpm")
 
 
+def clavel_delta():
+    """The Delta without weights and with those on arms and one rod, while it carries across."""
+    linkage = kinematics.load(FOLDER / "clavel_delta.urdf")
+    regions = {
+        "arm1": "ball(-0.057,0,0.08216,0.02)",
+        "arm2": "ball(0.0285,-0.049363,0.08216,0.02)",
+        "arm3": "ball(0.0285,0.049363,0.08216,0.02)",
+        "rod1a": "ball(0.09,0,0.12,0.02)",
+    }
+    answer = balance.counterweights(
+        balance.design_space(linkage, None, "force"), list(regions), regions, density=None
+    )
+    s = np.linspace(0.0, 1.0, 121)
+    across = 0.2 * (s**3 * (10 - 15 * s + 6 * s**2) - 0.5)
+    table = Path(tempfile.mkdtemp()) / "pick.csv"
+    rows = np.column_stack([0.3 * s, across, 0.025 * 64 * s**3 * (1 - s) ** 3])
+    np.savetxt(table, rows, "%.12f", ",", header="time,x,z", comments="")
+    motion = balance.motion.from_tool_csv(linkage, table, "plate")
+    files = {"as printed": "clavel_delta.urdf", "four weights": written("balanced", answer)}
+    ghosts = tuple(map(tuple, motion.u[[0, 120]]))
+    return compare(files, (0, 2), ghosts, 500.0, motions=[motion])
+
+
 def double_pendulum():
     """The arm as it was measured and with its weights, in a random motion."""
     files = {
@@ -206,6 +229,28 @@ def cassie_leg():
     )
 
 
+def stewart():
+    """The platform without and with a weight above it, while it rolls to both sides."""
+    linkage = kinematics.load(FOLDER / "stewart.urdf")
+    time = np.linspace(0.0, 2.0 * np.pi / 3.0, 121)
+    rows = np.column_stack([time, np.pi / 12.0 * np.sin(3.0 * time)])
+    table = Path(tempfile.mkdtemp()) / "roll.csv"
+    np.savetxt(table, rows, "%.12f", ",", header="time,rx", comments="")
+    centre = [-0.17, -0.595, 0.4]
+    motion = balance.motion.from_tool_csv(linkage, table, "platform", centre)
+    answer = balance.partial(
+        balance.design_space(linkage, None, "force"),
+        ["platform"],
+        0.7,
+        regions={"platform": "ball(-0.17,-0.595,0.7,0.05)"},
+        motions=motion,
+        density=None,
+    )
+    files = {"as printed": "stewart.urdf", "with a weight": written("rolling", answer)}
+    ghosts = tuple(map(tuple, motion.u[[30, 90]]))
+    return compare(files, (1, 2), ghosts, 100.0, motions=[motion])
+
+
 def ur5e():
     """The arm at both ends of its motion; the quintic law and the best timing."""
     start = dict(zip(BENT, np.deg2rad([-90.0, 90.0, -90.0, -90.0]).tolist(), strict=True))
@@ -240,12 +285,14 @@ def ur5e():
 BENT = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
 MACHINES = {
     "cassie_leg": cassie_leg,
+    "clavel_delta": clavel_delta,
     "double_pendulum": double_pendulum,
     "dual_v": dual_v,
     "engine": engine,
     "ets7": ets7,
     "forbal": forbal,
     "squeezer": squeezer,
+    "stewart": stewart,
     "ur5e": ur5e,
 }
 

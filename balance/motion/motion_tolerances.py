@@ -35,6 +35,9 @@ SAME_BRANCH = 1e-6
 CRANK_ADVANCE = 1e-7
 # Range of the inputs of a motion that counts as rest, relative to their size.
 INPUT_RANGE_RELATIVE = 1e-12
+# Way of the inputs from one sample to the next up to which they rest, radians and
+# characteristic lengths: the round-off of Newton's method is no small part of a shorter one.
+SAMPLE_REST = 1e-13
 # Residual of the relations of a motion, relative to displacements above 1 rad or 1 m: decimals
 # of a table.
 RELATION_RESIDUAL = 1e-9

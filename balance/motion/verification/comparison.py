@@ -120,11 +120,25 @@ def _verify_likewise(first: Verification, linkage: Linkage) -> Verification:
 def round_off_of(pair: Sequence[Verification], part: str) -> float:
     """Return the shaking ``"force"`` or ``"moment"`` that round-off decides, N or N m.
 
+    A load within the tolerance, which the decimals of a table do not tell from zero, is
+    round-off too.
+
     Args:
         pair: verifications that are compared: the larger size counts.
         part: the load.
     """
-    return max(check.round_off * check.part_scale(part) for check in pair)
+    return max(_round_off(check, part) for check in pair)
+
+
+def _round_off(check: Verification, part: str) -> float:
+    size, scale = _peak(check, part), check.part_scale(part)
+    least, _ = check.peak_range(part)
+    unknown = least == 0.0 and size <= check.tolerance * scale
+    return max(check.round_off * scale, size if unknown else 0.0)
+
+
+def _peak(check: Verification, part: str) -> float:
+    return check.force if part == "force" else check.moment
 
 
 def peak_change(pair: Sequence[Verification], part: str, *, worded: bool = False) -> str:
@@ -135,6 +149,6 @@ def peak_change(pair: Sequence[Verification], part: str, *, worded: bool = False
         part: the load.
         worded: as in `balance.support.change_text.change_text`.
     """
-    before, after = (check.force if part == "force" else check.moment for check in pair)
+    before, after = (_peak(check, part) for check in pair)
     least = round_off_of(pair, part)
     return change_text(before, after, f"{UNITS[part]} peak", least, worded=worded)

@@ -20,6 +20,7 @@ from balance.motion.motion_tolerances import (
     INPUT_RANGE_RELATIVE,
     JOINT_RATE_RATIO,
     MOTION_RETURN,
+    SAMPLE_REST,
 )
 from balance.motion.verification.input_paths import InputPath, random_sines
 from balance.motion.verification.motion_kernels import follow_samples, motion_workspace
@@ -236,6 +237,20 @@ def _returns(trajectory: Trajectory, chain: Chain) -> bool:
     )
 
 
+def _ways_to_next(u: Array) -> tuple[Array, Array]:
+    """Compute the ways of the inputs to the next sample (N, w), and their lengths (N,).
+
+    A way within `SAMPLE_REST` is none, and the next one makes up for it.
+    """
+    ways = np.diff(u, axis=0, append=u[-1:])
+    for k in np.flatnonzero(np.linalg.norm(ways[:-1], axis=1) <= SAMPLE_REST):
+        if np.linalg.norm(ways[k]) <= SAMPLE_REST:
+            ways[k + 1] += ways[k]
+            ways[k] = 0.0
+    ways[-1] = 0.0
+    return ways, np.linalg.norm(ways, axis=1)
+
+
 def _track(
     linkage: Linkage,
     chain: Chain,
@@ -265,8 +280,7 @@ def _track(
     extremes = np.array([0.0, 1.0])
     # Predict along one direction only: the expansion has far fewer numbers.
     moves = freeze(chain.moves.any(axis=1, keepdims=True), np.bool_)
-    advance = np.diff(u / scale, axis=0, append=u[-1:] / scale)
-    lengths = np.sqrt(np.einsum("kw,kw->k", advance, advance))
+    advance, lengths = _ways_to_next(u / scale)
     directions = advance / np.where(lengths > 0.0, lengths, 1.0)[:, None]
     lines = freeze((directions @ chain.columns.T)[:, :, None])
     rates = (np.ascontiguousarray(x / scale)[:, None] for x in (ud, udd))

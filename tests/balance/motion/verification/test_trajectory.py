@@ -36,6 +36,20 @@ def gap(linkage, q) -> float:
     return max((np.abs(H[x.end] - H[x.successor]).max() for x in linkage.loops), default=0.0)
 
 
+@pytest.mark.parametrize("model", ["four_bar_general", "stewart_6ups"])
+def test_inputs_that_rest_up_to_rounding_are_followed(model):
+    """Ways between samples of one bit; no input is lost by many of them."""
+    linkage = kinematics.load(model)
+    for start in 1e-4 * (1.0 + np.arange(20) / 7.0):
+        inputs = [0.0, start, np.nextafter(start, 1.0), start + 3.0 * np.spacing(start)]
+        inputs += [*(start + 1e-14 * np.arange(40)), 2e-3]
+        u = np.outer(inputs, np.ones(linkage.mobility))
+        way = drive(linkage, np.arange(len(u)), u, 0.0 * u, 0.0 * u)
+        driven = way.q[:, linkage.positions_of(linkage.inputs)]
+        assert np.abs(driven - u).max() <= 3e-13
+        assert way.q[-1] == pytest.approx(joint_positions(linkage, u[-1]), abs=1e-12)
+
+
 @pytest.mark.table
 @pytest.mark.parametrize("model", spread(MODELS, 3))
 def test_loops_stay_closed_and_motions_return(model):

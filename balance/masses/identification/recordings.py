@@ -119,10 +119,8 @@ def read_recordings(
         UsageError: there is not one table of loads for each motion, or one cannot be used.
         PoseError: the loops cannot be closed along a motion.
     """
-    single = isinstance(motions, Trajectory | str | PathLike)
-    listed = [motions] if single else list(motions)
-    alone = isinstance(loads, str | PathLike | Mapping)
-    tables = [loads] if alone else list(loads)
+    listed = [motions] if isinstance(motions, Trajectory | str | PathLike) else list(motions)
+    tables = [loads] if isinstance(loads, str | PathLike | Mapping) else list(loads)
     if not listed or len(listed) != len(tables):
         raise UsageError(
             f"loads: give one table for each motion, not {count_noun(len(tables), 'table')} "

@@ -219,8 +219,9 @@ def _explain_channels(
     for channel, noise in zip(channels, fit.noise, strict=True):
         data = channel.data
         loads = np.stack([data.rows @ x0, data.rows @ (fit.directions @ fit.estimate)])
-        weighted = data.sensor / noise[:, None]
-        values = np.linalg.lstsq(weighted, ((data.loads - loads) / noise).T, rcond=None)[0]
+        weights = (noise.max() / noise)[:, None]
+        left = (data.loads - loads).T
+        values = np.linalg.lstsq(weights * data.sensor, weights * left, rcond=None)[0]
         predicted.append(loads + (data.sensor @ values).T)
         errors = sensor_errors(data, fit, noise)
         for name, value, error in zip(

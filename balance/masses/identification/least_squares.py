@@ -212,12 +212,14 @@ def sensor_errors(channel: ChannelRows, fit: LeastSquares, noise: Array) -> list
         One for each column; None for a parameter that cannot be told from the others, since
         masses explain the same loads.
     """
-    columns, rows = channel.sensor / noise[:, None], channel.rows / noise[:, None]
+    highest = float(noise.max())
+    weights = (highest / noise)[:, None]
+    columns, rows = weights * channel.sensor, weights * channel.rows
     inverse = np.linalg.pinv(columns)
     size = np.linalg.norm(columns, axis=0)
     open_part = inverse @ (rows @ complement(fit.directions))
     open_size = np.linalg.norm(open_part, axis=1) * size
     slope = inverse @ (rows @ fit.directions)
-    spread = np.hypot(np.linalg.norm(inverse, axis=1), fit.spread(slope))
+    spread = np.hypot(highest * np.linalg.norm(inverse, axis=1), fit.spread(slope))
     known = open_size <= EXCITED_OUTSIDE * np.linalg.norm(rows)
     return [float(s) if yes else None for s, yes in zip(spread, known, strict=True)]

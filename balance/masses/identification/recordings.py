@@ -134,6 +134,8 @@ def read_recordings(
             if len(listed) > 1:
                 error.add_note(f"in recording {k} of {len(listed)}")
             raise
+    if not any(recording.measured.values.any() for recording in recordings):
+        raise UsageError("loads: all numbers are 0, so that nothing was measured")
     samples = sum(len(recording.measured.time) for recording in recordings)
     most = MOST_NUMBERS // (60 * len(linkage.bodies))
     if samples > most:

@@ -348,6 +348,7 @@ def test_what_cannot_be_used_is_told():
         ({"fx": [1.0, 2.0]}, {}, "one number for each time"),
         ({"ghost": way.time}, {}, "time and some of fx"),
         ({"fx": np.full(80, np.nan)}, {}, "must be finite"),
+        (dict.fromkeys(WRENCH, np.zeros(80)), {}, "all numbers are 0"),
         ({"time": way.time[::-1]}, {}, "times that increase"),
         ({}, {"prior": 0.0}, "prior: 0 is not above 0"),
         ({}, {"friction": True}, "friction: no torque of a drive"),

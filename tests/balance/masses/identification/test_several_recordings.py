@@ -217,6 +217,31 @@ def test_the_noisier_recording_counts_less():
     assert 10.0 * right < wrong
 
 
+def test_errors_of_two_recordings_are_those_that_are_told():
+    """In 100 runs: their mean square in their covariance is 1, and 99 % are within 3 sigma."""
+    linkage, ways, truth, _ = motions(NAME, 60)
+    rows = [load_rows(linkage, way, GRAVITY, np.zeros(3)) for way in ways]
+    to_si = from_chain(input_chain(linkage).frame, False, False)
+    x = np.linalg.solve(np.kron(np.eye(rows[0].bodies), to_si), truth.reshape(-1))
+    Y = np.concatenate([each.wrench for each in rows])
+    recording = np.repeat([0, 1], 60)
+    rng, white, within = np.random.default_rng(6), [], []
+    for _ in range(100):
+        channels = []
+        for c in (0, 1, 5):
+            exact = Y[:, c] @ x
+            sigma = np.where(recording == 0, 0.01, 0.05) * np.abs(exact).max()
+            loads = exact + sigma * rng.normal(size=120)
+            none = np.empty((120, 0))
+            channels.append(ChannelRows(Y[:, c], loads, none, recording, np.zeros(120)))
+        fit = solve(channels)
+        off = fit.directions.T @ x - fit.estimate
+        white.append(fit.factor @ off)
+        within.append(np.abs(off) <= 3.0 * fit.spread(np.eye(len(off))))
+    assert 0.9 < np.mean(np.square(white)) < 1.15
+    assert np.mean(within) > 0.99
+
+
 @pytest.mark.slow
 def test_standard_errors_of_two_recordings_hold():
     """A sample of ``python -m tests.independent.identification_run --second``."""
@@ -224,7 +249,8 @@ def test_standard_errors_of_two_recordings_hold():
     second = identification_run.machine("five_bar", 8, 81, seed=2, duration=1.5)
     found = identification_run.coverage("five_bar", 12, [(first, 0.01), (second, 0.05)])
     assert found.within >= 0.95
-    assert 0.7 < found.squares < 1.4
+    # Errors of the combinations of a run are correlated: this is the mean of few free numbers.
+    assert 0.4 < found.squares < 1.8
 
 
 def test_tables_and_motions_come_in_pairs():

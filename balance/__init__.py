@@ -47,7 +47,7 @@ Masses that bodies can have:
 
 Masses from measurements:
 
-- ``identify``: masses from a measured motion and loads, as far as balance depends on them
+- ``identify``: masses from measured motions and loads, as far as balance depends on them
 - ``Identification``: result of ``identify``
 
 Least shaking for a budget:

@@ -282,6 +282,20 @@ def ur5e():
     return drawings, loads
 
 
+def sewing_machine():
+    """The needle drive without and with the three weights for the force, in one revolution."""
+    discs = {"crank": (0.04, 0.02), "rocker": (0.03, 0.02), "link": (0.03, 0.01)}
+    answer = balance.counterweights(
+        balance.design_space(FOLDER / "sewing_machine.urdf", None, "force"),
+        list(discs),
+        {link: f"cylinder(0,0,0,0,0,1,{r},{h})" for link, (r, h) in discs.items()},
+        density=19250.0,
+    )
+    files = {"as it is": "sewing_machine.urdf", "three weights": written("balanced", answer)}
+    ghosts = ((1.2,), (2.4,), (3.6,), (4.8,))
+    return compare(files, (0, 1), ghosts, 600.0, speed="1000rpm")
+
+
 BENT = ("shoulder_lift", "elbow", "wrist_1_turn", "wrist_2_turn")
 MACHINES = {
     "cassie_leg": cassie_leg,
@@ -291,6 +305,7 @@ MACHINES = {
     "engine": engine,
     "ets7": ets7,
     "forbal": forbal,
+    "sewing_machine": sewing_machine,
     "squeezer": squeezer,
     "stewart": stewart,
     "ur5e": ur5e,

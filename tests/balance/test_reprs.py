@@ -132,6 +132,7 @@ def results_of_measurements():
         (found, "identified: all 8 combinations"),
         (found.combinations[0], "±"),
         (found.masses[0], "kg"),
+        (found.recordings[0], "401 samples, 2 s"),
     ]
 
 

@@ -173,6 +173,144 @@ def test_the_squeezer_shakes_as_its_circles_say():
     assert check.drive_peaks["crank"] == pytest.approx(0.3667, rel=1e-3)
 
 
+# --- the needle drive of a sewing machine --------------------------------------------------
+
+# Lengths in print: O2A, AB, O4B, BC, O4C, CD, and O4 from O2; masses and frames of ours.
+O2A, AB, O4B, BC, O4C, CD = 0.016, 0.0357, 0.0224, 0.016, 0.0274, 0.0381
+O4, PRINTED_POSE, STITCHES = -0.0142 + 0.0381j, 0.75 * np.pi, 1000.0 * 2.0 * np.pi / 60.0
+ARM = np.arccos((O4B**2 + O4C**2 - BC**2) / (2.0 * O4B * O4C))
+BAR, NEEDLE_BAR = 7850.0 * 0.008 * 0.004, 7850.0 * np.pi * 0.0035**2 * 0.13
+MIDDLE = -0.001059 + 0.01341j
+
+
+def needle_pins(crank):
+    """Points A, B, C and D at the angles of the crank; D is on the line of the needle."""
+    A = O2A * np.exp(1j * crank)
+    B = meeting_point(A, AB, O4, O4B, -1)
+    C = O4 + O4C * np.exp(-1j * ARM) * (B - O4) / O4B
+    return A, B, C, 1j * (C.imag - np.sqrt(CD**2 - C.real**2))
+
+
+def needle_drive(weights=()):
+    """The drive in one revolution: bars between pins, and weights (link, mass, centre)."""
+    A, B, C, D = needle_pins(PRINTED_POSE + STEP)
+    ends = {
+        "crank": (0.0 * A, A),
+        "coupler": (A, B),
+        "rocker": (O4 + 0.0 * B, B),
+        "link": (C, D),
+    }
+    bodies = [(NEEDLE_BAR, 0.0, D, 1.0 + 0.0 * D)]
+    for start, end in (*ends.values(), (O4 + 0.0 * C, C)):
+        length = abs(end[0] - start[0])
+        mass, direction = BAR * length, (end - start) / length
+        inertia = mass * (length**2 + 0.008**2) / 12.0
+        bodies.append((mass, inertia, (start + end) / 2.0, direction))
+    for link, mass, centre in weights:
+        start, end = ends[link]
+        direction = (end - start) / abs(end - start)
+        bodies.append((mass, 0.0, start + centre * direction, direction))
+    return Moving(bodies, 2.0 * np.pi / STITCHES)
+
+
+def test_the_needle_drive_is_where_the_notes_print_it():
+    """e = 2.694 cm, angles 14.29, 48.94, 92.23, 62.65 and 15.43 degrees, s = 1.12 cm."""
+    A, B, C, D = (point[0] for point in needle_pins(np.array([PRINTED_POSE])))
+
+    def angle(at, first, second):
+        return np.degrees(abs(np.angle((first - at) / (second - at))))
+
+    assert abs(A - O4) == pytest.approx(0.02694, abs=6e-6)
+    printed = (
+        (angle(O4, 0.0, A), 14.29),
+        (angle(B, O4, A), 48.94),
+        (angle(O4, A, B), 92.23),
+        (angle(O4, O4 - 1j, C), 62.65),
+        (angle(C, C - 1j, D), 15.43),
+        (np.degrees(ARM), 35.73),
+    )
+    for ours, theirs in printed:
+        assert ours == pytest.approx(theirs, abs=0.011)
+    assert -D.imag == pytest.approx(0.0112, abs=5e-5)
+    assert np.ptp(needle_pins(STEP)[3].imag) == pytest.approx(0.0288, abs=5e-5)
+    linkage = kinematics.load(MACHINES / "sewing_machine.urdf")
+    places = {joint.name: complex(*joint.point[:2]) for joint in linkage.joints}
+    for name, point in (("A", A), ("C", C)):
+        assert abs(places[name] - point) < 1e-12
+    assert sum(body.inertia[0] for body in linkage.bodies) == pytest.approx(
+        sum(body[0] for body in needle_drive().bodies), rel=1e-5
+    )
+
+
+def test_the_rows_of_the_needle_drive():
+    """Force, moment and torque; what the best weight on the crank and shafts leave."""
+    drive = needle_drive()
+    force = drive.force()
+    assert abs(force).max() == pytest.approx(29.6, rel=2e-3)
+    assert rms(force) == pytest.approx(12.78, rel=5e-4)
+    assert abs(drive.moment(MIDDLE)).max() == pytest.approx(0.114, rel=5e-3)
+    torque = drive.rate(drive.energy()).real / STITCHES
+    assert abs(torque).max() == pytest.approx(0.4494, rel=1e-3)
+    orders = np.fft.fft(force) / SAMPLES
+    left = np.sqrt(rms(force) ** 2 - abs(orders[1]) ** 2)
+    assert left / rms(force) == pytest.approx(0.896, abs=5e-4)
+    first, second = (abs(orders[k]) + abs(orders[-k]) for k in (1, 2))
+    assert (first, second) == pytest.approx((10.3, 13.2), rel=5e-3)
+    second_taken = orders.copy()
+    second_taken[[2, -2]] = 0.0
+    rest = rms(SAMPLES * np.fft.ifft(second_taken))
+    assert rest / rms(force) == pytest.approx(0.68, abs=5e-4)
+    for taken, share, peak in ((1, 0.821, 20.26), (2, 0.369, 11.43)):
+        for k in (taken, -taken):
+            orders[k] = 0.0
+        rest = SAMPLES * np.fft.ifft(orders)
+        assert rms(rest) / rms(force) == pytest.approx(share, abs=6e-4)
+        assert abs(rest).max() == pytest.approx(peak, rel=5e-3)
+
+
+def test_the_needle_rests_at_its_lower_end():
+    """A slider-crank with its stroke and link pulls 2.5 times as much once as twice a turn."""
+    needle = needle_pins(STEP)[3].imag
+    stroke = np.ptp(needle)
+    assert np.mean(needle < needle.min() + 0.1 * stroke) == pytest.approx(0.48, abs=0.005)
+    across = 0.5 * stroke * np.sin(STEP)
+    slider = 0.5 * stroke * np.cos(STEP) + np.sqrt(CD**2 - across**2)
+    orders = abs(np.fft.fft(rate(rate(slider))))
+    assert orders[1] / orders[2] == pytest.approx(2.5, abs=0.06)
+
+
+def test_three_weights_take_the_force_of_the_needle_drive():
+    """Those of the page, whose digits leave a little; moment and torque are their price."""
+    weights = [
+        ("crank", 0.0026246, -0.039586),
+        ("rocker", 0.15492, -0.01894 + 0.012864j),
+        ("link", 0.072274, -0.023226),
+    ]
+    drive, before = needle_drive(weights), rms(needle_drive().force())
+    assert rms(drive.force()) < 3e-4 * before
+    # Of points: those of the page have an extent, and 3.35 and 1.94 N m.
+    assert abs(drive.moment(MIDDLE)).max() == pytest.approx(2.997, rel=5e-3)
+    torque = drive.rate(drive.energy()).real / STITCHES
+    assert abs(torque).max() == pytest.approx(1.741, rel=5e-3)
+    without = [
+        rms(needle_drive(weights[:k] + weights[k + 1 :]).force()) / before for k in range(3)
+    ]
+    assert without[0] == pytest.approx(0.089, abs=1e-3) and min(without[1:]) > 0.5
+
+
+@pytest.mark.slow
+def test_the_needle_drive_shakes_as_its_circles_say():
+    """At every sample, by Pinocchio and our series; and the drive torque."""
+    check = balance.verify(MACHINES / "sewing_machine.urdf", speed="1000rpm")
+    (run,) = check.runs
+    assert run.trajectory.u[:SAMPLES, 0] == pytest.approx(STEP, abs=1e-9)
+    ours = run.shaking[:SAMPLES, 3] + 1j * run.shaking[:SAMPLES, 4]
+    assert ours == pytest.approx(needle_drive().force(), abs=1e-5 * 29.6)
+    moment = run.shaking[:SAMPLES, 2]
+    assert moment == pytest.approx(needle_drive().moment(), abs=1e-4 * 0.114)
+    assert check.drive_peaks["O2"] == pytest.approx(0.4494, rel=1e-3)
+
+
 # --- DUAL-V --------------------------------------------------------------------------------
 
 LENGTH = 0.25

@@ -4,12 +4,15 @@
 A run draws masses unlike those of the file, computes the loads along an exciting motion by
 another route (`measured_loads`), adds white noise of 1 % of the peak of each channel, rounds
 the positions of the inputs like an encoder, writes both tables and identifies from these.
+With ``--second`` each run has a second recording: another motion, twice as fast, and a sensor
+that is five times as noisy.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -83,11 +86,17 @@ class Coverage(NamedTuple):
     shaking: float
 
 
-def machine(name: str, tries: int = 60, samples: int = SAMPLES) -> Machine:
+def machine(
+    name: str,
+    tries: int = 60,
+    samples: int = SAMPLES,
+    seed: int = 1,
+    duration: float = DURATION,
+) -> Machine:
     """Plan a motion of a machine, and compute its loads by another route."""
     linkage = kinematics.load(name)
-    plan = balance.masses.exciting_motion(linkage, DURATION, tries=tries, seed=1)
-    time = np.linspace(0.0, DURATION, samples)
+    plan = balance.masses.exciting_motion(linkage, duration, tries=tries, seed=seed)
+    time = np.linspace(0.0, duration, samples)
     u, ud, udd = plan.path.at(time)
     file = np.array([body.inertia for body in linkage.bodies]).reshape(-1)
     wrench = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -130,14 +139,14 @@ def other_masses(linkage: Any, rng: np.random.Generator) -> Any:
     return truth
 
 
-def write_run(
-    moving: Machine, rng: np.random.Generator, folder: Path, noise: float = NOISE
-) -> Any:
-    """Write the tables of one run; the true parameters (parameters,)."""
-    truth = other_masses(moving.linkage, rng).reshape(-1)
+def write_recording(
+    moving: Machine, truth: Any, rng: np.random.Generator, folder: Path, noise: float
+) -> tuple[Path, Path]:
+    """Write the tables of a motion and its loads with the true parameters (parameters,)."""
     loads = moving.rows @ truth
     loads = loads + noise * np.abs(loads).max(axis=0) * rng.normal(size=loads.shape)
     loads[:, :6] *= -1.0
+    folder.mkdir(exist_ok=True)
     for file, names, columns, decimals in (
         ("motion.csv", moving.linkage.inputs, moving.inputs, DECIMALS),
         ("loads.csv", moving.channels, loads, 12),
@@ -151,21 +160,23 @@ def write_run(
             comments="",
             header=",".join(["time", *names]),
         )
-    return truth
+    return folder / "motion.csv", folder / "loads.csv"
 
 
-def coverage(name: str, runs: int, moving: Machine | None = None) -> Coverage:
-    """Identify a machine many times."""
-    moving = moving or machine(name)
+def coverage(name: str, runs: int, recordings: Sequence[tuple[Machine, float]]) -> Coverage:
+    """Identify a machine many times, from recordings with noise relative to the peaks."""
+    linkage = recordings[0][0].linkage
     counts, errors, shaking = [], [], []
     with tempfile.TemporaryDirectory() as folder:
         for run in range(runs):
-            truth = write_run(moving, np.random.default_rng([7, run]), Path(folder))
+            rng = np.random.default_rng([7, run])
+            truth = other_masses(linkage, rng).reshape(-1)
+            tables = [
+                write_recording(moving, truth, rng, Path(folder) / str(k), noise)
+                for k, (moving, noise) in enumerate(recordings)
+            ]
             found = balance.identify(
-                moving.linkage,
-                Path(folder) / "motion.csv",
-                Path(folder) / "loads.csv",
-                gravity=GRAVITY,
+                linkage, *map(list, zip(*tables, strict=True)), gravity=GRAVITY
             )
             assert found.complete, found.words
             off = deviations(found, truth)
@@ -241,8 +252,11 @@ def link_parameters(found: Identification, truth: Any) -> dict[str, dict[str, fl
 
 def shaking_within(found: Identification, truth: Any) -> bool:
     """Whether the shaking force of the likeliest masses is within three standard errors."""
-    way = found.trajectory
-    wrench = balance.motion.shaking(found.space.linkage, way.u, way.ud, way.udd, truth)
+    ways = [recording.trajectory for recording in found.recordings]
+    motions = (
+        np.concatenate([getattr(way, kind) for way in ways]) for kind in ("u", "ud", "udd")
+    )
+    wrench = balance.motion.shaking(found.space.linkage, *motions, truth)
     force = np.sqrt(np.square(wrench[:, 3:]).sum(axis=1).mean())
     return bool(abs(found.after.force - force) <= 3.0 * found.after.force_error)
 
@@ -251,6 +265,7 @@ def main() -> None:
     """Print a table of the coverage of each machine."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=200)
+    parser.add_argument("--second", action="store_true", help="a second, noisier recording")
     parser.add_argument("machines", nargs="*", default=MACHINES)
     chosen = parser.parse_args()
     head = (
@@ -262,7 +277,11 @@ def main() -> None:
     )
     print(f"{'machine':32}", *(f"{word:>22}" for word in head))
     for name in chosen.machines:
-        found = coverage(name, chosen.runs)
+        recordings = [(machine(name), NOISE)]
+        if chosen.second:
+            faster = machine(name, seed=2, duration=0.5 * DURATION)
+            recordings.append((faster, 5.0 * NOISE))
+        found = coverage(name, chosen.runs, recordings)
         shown = (
             f"{found.combinations}",
             f"{100 * found.within:.1f} %",

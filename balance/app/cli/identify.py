@@ -33,7 +33,7 @@ PLANNED = (*NUMBERS, "max_velocity", "max_acceleration")
 def add_identify(parser: Parser) -> None:
     """Add the options of the command ``identify``."""
     parser.description = (
-        "Masses from a measured motion and loads, as far as balance depends on them; --plan: a "
+        "Masses from measured motions and loads, as far as balance depends on them; --plan: a "
         "motion to measure. Exits with 1 if some are not determined."
     )
     add_model_options(parser, unused=("--motion",))
@@ -54,12 +54,17 @@ def add_identify(parser: Parser) -> None:
 def _add_measured_options(group: argparse._ArgumentGroup) -> None:
     """Add the options of what was measured."""
     group.add_argument(
-        "--motion", dest="measured", metavar="FILE.csv", help="motion: time and the inputs"
+        "--motion",
+        dest="measured",
+        action="append",
+        metavar="FILE.csv",
+        help="motion: time and the inputs; repeatable",
     )
     group.add_argument(
         "--wrench",
+        action="append",
         metavar="FILE.csv",
-        help="time, some of fx,fy,fz,mx,my,mz and of the inputs",
+        help="loads along it: time, some of fx,fy,fz,mx,my,mz and of the inputs",
     )
     group.add_argument(
         "--gravity",
@@ -157,6 +162,11 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     refuse_given(arguments, PLANNED, "{}: only with --plan")
     if arguments.measured is None or arguments.wrench is None:
         arguments.refuse("give --motion and --wrench, or --plan for a motion to measure")
+    motions, loads = len(arguments.measured), len(arguments.wrench)
+    if motions != loads:
+        arguments.refuse(
+            f"give one --wrench for each --motion, in the same order, not {loads} for {motions}"
+        )
 
 
 def _identify(arguments: argparse.Namespace) -> Identification:

@@ -80,7 +80,7 @@ class IdentifiedMass(NamedTuple):
 
 
 class ShakingOf(NamedTuple):
-    """Shaking along the measured motion, root mean square, without gravity.
+    """Shaking along the measured motions, root mean square, without gravity.
 
     Attributes:
         force: N.
@@ -119,6 +119,39 @@ class ChannelFit(NamedTuple):
     correlation: float
 
 
+class Recording(NamedTuple):
+    """A measured motion, the loads that were measured with it, and what explains these.
+
+    Attributes:
+        trajectory: the motion at the times of the loads.
+        measurements: the loads.
+        predicted: loads of the masses of the file, and of the identified combinations
+            (2, N, channels).
+        channels: how well each load is explained.
+    """
+
+    trajectory: Trajectory
+    measurements: Measurements
+    predicted: Array
+    channels: tuple[ChannelFit, ...]
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample of the loads to the last, seconds."""
+        return float(np.ptp(self.measurements.time))
+
+    @property
+    def words(self) -> str:
+        """What was measured: ``fx, fy, mz: 80 samples, 2 s``."""
+        samples = count_noun(len(self.measurements.time), "sample")
+        names = ", ".join(self.measurements.channels)
+        return f"{names}: {samples}, {number_text(self.duration)} s"
+
+    def __repr__(self) -> str:
+        """One line: the channels, the number of samples and the duration."""
+        return f"Recording of {self.words}"
+
+
 @dataclass(frozen=True, eq=False)
 class Identification(WithPage, WithPicture):
     """Result of `identify`.
@@ -131,10 +164,10 @@ class Identification(WithPage, WithPicture):
             weigh.
         condition: ratio of the largest and the smallest standard error of unit combinations
             among those on which balance depends; masses in kg, lengths in `space.length`.
-        channels: how well each load is explained.
+        recordings: the measured motions and loads, and how well each load is explained.
         z: likeliest parameters (bodies, 10) about the inertial origin, SI units.
         masses: the likeliest mass of each link.
-        before: shaking with the masses of the file.
+        before: shaking with the masses of the file, over the samples of all recordings.
         after: shaking as it was identified: by the loads alone, if they determine it, else with
             the likeliest masses.
         load_errors: bounds on the error of force, N, and moment, N m, root mean square, since
@@ -142,10 +175,6 @@ class Identification(WithPage, WithPicture):
         prior: standard deviation of the masses of the file, relative to them.
         gravity: acceleration of gravity (3,), m/s².
         point: point of the moments (3,), metres.
-        trajectory: the motion at the times of the loads.
-        measurements: the loads.
-        predicted: loads of the masses of the file, and of the identified combinations
-            (2, N, channels).
         sensors: parameters of sensors and drives by name: offsets, friction, rotors; None for
             one that cannot be told from the masses.
         sensor_errors: their standard errors; None likewise.
@@ -160,7 +189,7 @@ class Identification(WithPage, WithPicture):
     combinations: tuple[Identified, ...]
     excited: int
     condition: float
-    channels: tuple[ChannelFit, ...]
+    recordings: tuple[Recording, ...]
     z: Array
     masses: tuple[IdentifiedMass, ...]
     before: ShakingOf
@@ -169,9 +198,6 @@ class Identification(WithPage, WithPicture):
     prior: float
     gravity: Array
     point: Array
-    trajectory: Trajectory
-    measurements: Measurements
-    predicted: Array
     sensors: Mapping[str, float | None]
     sensor_errors: Mapping[str, float | None]
     cutoff: float | None
@@ -267,8 +293,8 @@ class Identification(WithPage, WithPicture):
             "verdict": self.verdict,
             "words": self.words,
             "sentence": self.sentence,
-            "samples": len(self.measurements.time),
-            "duration": float(np.ptp(self.measurements.time)),
+            "samples": sum(len(part.measurements.time) for part in self.recordings),
+            "duration": sum(part.duration for part in self.recordings),
             "gravity": self.gravity.tolist(),
             "about": self.point.tolist(),
             "prior": self.prior,
@@ -277,7 +303,7 @@ class Identification(WithPage, WithPicture):
             "excited": self.excited,
             "condition": self.condition,
             "combinations": [_combination_data(item) for item in self.combinations],
-            "channels": [channel._asdict() for channel in self.channels],
+            "recordings": [_recording_data(part) for part in self.recordings],
             "cutoff": self.cutoff,
             "sensors": dict(self.sensors),
             "sensor_errors": dict(self.sensor_errors),
@@ -287,6 +313,15 @@ class Identification(WithPage, WithPicture):
             "load_errors": {"force": self.load_errors[0], "moment": self.load_errors[1]},
             "warnings": [notice._asdict() for notice in self.notices],
         }
+
+
+def _recording_data(recording: Recording) -> dict[str, object]:
+    """Return a recording as plain data for JSON."""
+    return {
+        "samples": len(recording.measurements.time),
+        "duration": recording.duration,
+        "channels": [channel._asdict() for channel in recording.channels],
+    }
 
 
 def _combination_data(item: Identified) -> dict[str, object]:

@@ -1,8 +1,6 @@
-"""Identify the masses of a linkage from a measured motion and measured loads."""
+"""Identify the masses of a linkage from measured motions and measured loads."""
 
 from __future__ import annotations
-
-from os import PathLike
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +11,7 @@ from balance.masses.identification.identification import (
     Identification,
     Identified,
     IdentifiedMass,
+    Recording,
     ShakingOf,
 )
 from balance.masses.identification.least_squares import (
@@ -26,19 +25,19 @@ from balance.masses.identification.likeliest_masses import (
     likeliest_masses,
     widened_pseudo_inertias,
 )
-from balance.masses.identification.load_rows import LoadRows, load_rows
-from balance.masses.identification.low_pass import LowPass, filter_measurements
-from balance.masses.identification.measurements import (
-    LoadTable,
-    Measurements,
-    motion_at,
-    read_measurements,
-    require_bodies,
+from balance.masses.identification.measurements import require_bodies
+from balance.masses.identification.recordings import (
+    Channel,
+    DriveTerms,
+    LoadTables,
+    RecordedRows,
+    explain_recording,
+    read_recordings,
+    stack_channels,
 )
-from balance.motion.verification.given_motions import from_csv, large_angles, rounding_notice
+from balance.motion.verification.given_motions import Motions, large_angles, rounding_notice
 from balance.motion.verification.load_errors import load_errors
 from balance.motion.verification.shaking_wrench import mass_parameters
-from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.conversions import from_chain, to_chain
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.design_space import DesignSpace
@@ -56,14 +55,12 @@ from kinematics.wording import first_names, number_text
 PRIOR = 0.3
 # Part of the noise below which residuals are round-off: exact loads have the least noise.
 NOISE_FLOOR = 0.5
-# Most numbers of the regressor of all loads.
-MOST_NUMBERS = 30_000_000
 
 
 def identify(
     linkage: LinkageLike,
-    motion: Trajectory | str | PathLike[str],
-    loads: LoadTable,
+    motion: Motions,
+    loads: LoadTables,
     *,
     gravity: ArrayLike = GRAVITY,
     about: ArrayLike | None = None,
@@ -81,24 +78,25 @@ def identify(
     The wrench of the base on the linkage is ``ḣ - g``, linear in the inertial parameters, and
     so are the torques of the drives. Weighted linear least squares estimate the combinations of
     parameters that these loads determine, with standard errors from the residuals of each
-    channel. Of all masses that bodies can have, the likeliest ones are found, too: between the
-    loads and the masses of the file.
+    channel in each recording. Of all masses that bodies can have, the likeliest ones are found,
+    too: between the loads and the masses of the file.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
-        motion: the measured motion, or a table of it as ``balance verify --csv`` reads it.
-        loads: a table with a column ``time``, some of ``fx``, ``fy``, ``fz`` (N) and ``mx``,
-            ``my``, ``mz`` (N m), in inertial axes, and of the inputs by name, for the torques
-            of their drives (N m, sliding N): its path, or its columns by name. Its times may
-            differ from those of the motion.
+        motion: the measured motion, or a table of it as ``balance verify --csv`` reads it; or
+            several, each a recording of its own.
+        loads: a table for each motion, with a column ``time``, some of ``fx``, ``fy``, ``fz``
+            (N) and ``mx``, ``my``, ``mz`` (N m), in inertial axes, and of the inputs by name,
+            for the torques of their drives (N m, sliding N): its path, or its columns by name.
+            Its times may differ from those of the motion.
         gravity: acceleration of gravity in the inertial frame, m/s²; loads contain the weight.
             Zeros if it was subtracted.
         about: point of the moments in the inertial frame, metres; the inertial origin by
             default.
         on_linkage: whether the wrench is that of the base on the linkage; by default it is
             that of the linkage on its base.
-        offset: whether each channel has an unknown constant: a sensor that was set to zero, or
-            that carries a frame too.
+        offset: whether each channel has an unknown constant in each recording: a sensor that
+            was set to zero, or that carries a frame too.
         friction: whether each drive with a measured torque has viscous and dry friction,
             ``τ = … + a u̇ + b sign u̇``.
         rotors: whether each of these drives has a rotor, of unknown inertia J after the gears,
@@ -115,7 +113,8 @@ def identify(
 
     Raises:
         FileError: a table cannot be read, or has too few samples.
-        UsageError: an option is out of range, or the loads are not those of the motion.
+        UsageError: an option is out of range, the loads are not those of the motion, or there
+            is not one table of loads for each motion.
         BodyError: a body has no mass in the file.
         LinkageError: no link that moves has an inertia.
         PoseError: the loops cannot be closed along the motion.
@@ -138,93 +137,29 @@ def identify(
     if not (np.isfinite(prior) and prior > 0.0):
         raise UsageError(f"prior: {prior:g} is not above 0")
     pull, point = point_of(gravity), point_of((0.0, 0.0, 0.0) if about is None else about)
-    measured = read_measurements(linkage, loads, on_linkage)
+    recorded = read_recordings(linkage, motion, loads, on_linkage, cutoff)
     for name, asked in (("friction", friction), ("rotors", rotors)):
-        if asked and not measured.drives:
+        if asked and not any(each.measured.drives for each in recorded):
             raise UsageError(f"{name}: no torque of a drive was measured")
-    band: LowPass | None = None
-    if cutoff is None:
-        given = motion if isinstance(motion, Trajectory) else from_csv(linkage, motion)
-        trajectory = motion_at(linkage, given, measured.time)
-    else:
-        trajectory, measured, band = filter_measurements(linkage, motion, measured, cutoff)
-    if not trajectory.moves:
-        raise UsageError("motion: nothing moves; give inputs that change with time")
-    most = MOST_NUMBERS // (60 * len(linkage.bodies))
-    if len(measured.time) > most:
-        raise UsageError(
-            f"loads: {len(measured.time)} samples of so many links would fill the memory: "
-            f"leave out all but {most}"
-        )
     space = design_space(linkage, None, balance, spatial=spatial)
-    rows = load_rows(linkage, trajectory, pull, point)
-    sensors = _sensor_columns(linkage, trajectory, measured, offset, friction, rotors)
-    if band is not None:
-        rows = LoadRows(*map(band.apply, rows))
-        sensors = [(names, band.apply(F)) for names, F in sensors]
-        trajectory = band.choose(linkage, trajectory)
-        values = band.apply(measured.values)
-        measured = measured._replace(time=trajectory.time, values=values)
-    Y = _channel_rows(linkage, measured, rows)
-    fit = solve(Y, measured.values, [F for _, F in sensors], measured.rounding)
+    terms = DriveTerms(friction, rotors)
+    recordings = [explain_recording(linkage, each, terms, pull, point) for each in recorded]
+    channels = stack_channels(linkage, recordings, offset)
+    fit = solve([channel.data for channel in channels])
     if fit is None:
+        counts = ", ".join(str(len(each.measured.time)) for each in recordings)
         raise UsageError(
-            f"loads: {len(measured.time)} samples of {first_names(measured.channels)} are too "
-            "few for so many unknowns: measure for longer"
+            f"loads: {counts} samples of {first_names([each.name for each in channels])} are "
+            "too few for so many unknowns: measure for longer"
         )
-    return _collect_result(
-        space, trajectory, measured, rows, Y, fit, sensors, pull, point, prior, cutoff
-    )
-
-
-def _channel_rows(linkage: Linkage, measured: Measurements, rows: LoadRows) -> Array:
-    """Select the rows of the measured loads (N, channels, parameters)."""
-    drives = [linkage.inputs.index(name) for name in measured.drives]
-    return np.concatenate(
-        [rows.wrench[:, list(measured.wrench)], rows.drives[:, drives]], axis=1
-    )
-
-
-Sensors = list[tuple[tuple[str, ...], Array]]
-
-
-def _sensor_columns(
-    linkage: Linkage,
-    trajectory: Trajectory,
-    measured: Measurements,
-    offset: bool,
-    friction: bool,
-    rotors: bool,
-) -> Sensors:
-    """List names and columns (N, count) of the parameters of each channel's own sensor."""
-    sensors: Sensors = []
-    count = len(measured.time)
-    for name in measured.channels:
-        names, columns = [], [np.empty((count, 0))]
-        if offset:
-            names.append(f"offset {name}")
-            columns.append(np.ones((count, 1)))
-        if name in measured.drives:
-            k = linkage.inputs.index(name)
-            rate, change = trajectory.ud[:, [k]], trajectory.udd[:, [k]]
-            if friction and np.abs(rate).max() > 0.0:
-                names += [f"viscous {name}", f"dry {name}"]
-                columns += [rate, np.sign(rate)]
-            if rotors and np.abs(change).max() > 0.0:
-                names.append(f"rotor {name}")
-                columns.append(change)
-        sensors.append((tuple(names), np.concatenate(columns, axis=1)))
-    return sensors
+    return _collect_result(space, recordings, channels, fit, pull, point, prior, cutoff)
 
 
 def _collect_result(
     space: DesignSpace,
-    trajectory: Trajectory,
-    measured: Measurements,
-    rows: LoadRows,
-    Y: Array,
+    recordings: list[RecordedRows],
+    channels: list[Channel],
     fit: LeastSquares,
-    sensors: Sensors,
     gravity: Array,
     point: Array,
     prior: float,
@@ -254,30 +189,70 @@ def _collect_result(
     identified = tuple(
         _evaluate(item, fit, x0.reshape(-1), likely) for item in relevant.combinations
     )
-    loads = np.stack([Y @ x0.reshape(-1), Y @ (fit.directions @ fit.estimate)])
-    constants: dict[str, float | None] = {}
-    spreads: dict[str, float | None] = {}
-    for c, (names, F) in enumerate(sensors):
-        for k in range(2):
-            values = np.linalg.lstsq(F, measured.values[:, c] - loads[k, :, c], rcond=None)[0]
-            loads[k, :, c] += F @ values
-        errors = sensor_errors(F, Y[:, c], fit, float(fit.noise[c]))
-        for name, value, error in zip(names, values.tolist(), errors, strict=True):
-            constants[name] = None if error is None else value
-            spreads[name] = error
+    predicted, sensors, errors = _explain_channels(channels, fit, x0.reshape(-1))
+    explained = _explain_recordings(recordings, channels, fit, predicted)
     z = likely.x.reshape(-1, 10) @ from_chain(chain.frame, False, False).T
-    force, moment = _rounding(linkage, trajectory, z, point)
-    channels = _channel_fits(measured, loads, fit)
+    shaking = np.concatenate([each.rows.shaking for each in recordings])
     return Identification(
         space, identified, fit.directions.shape[1],
-        condition_number(fit.factor, relevant.directions.T @ fit.directions), channels,
-        freeze(z), _masses(space, file, z, likely, x0), _shaking(rows, x0.reshape(-1)),
-        _shaking(rows, likely.x, fit, likely), (force, moment), prior, gravity, freeze(point),
-        trajectory, measured, loads, constants, spreads, cutoff,
-        (*linkage.notices, *rounding_notice(trajectory), *large_angles(linkage, trajectory.u),
-         *_fit_notices(channels), *_far_notices(likely),
+        condition_number(fit.factor, relevant.directions.T @ fit.directions), explained,
+        freeze(z), _masses(space, file, z, likely, x0), _shaking(shaking, x0.reshape(-1)),
+        _shaking(shaking, likely.x, fit, likely), _rounding(linkage, recordings, z, point),
+        prior, gravity, freeze(point), sensors, errors, cutoff,
+        (*linkage.notices, *_recording_notices(linkage, explained), *_far_notices(likely),
          *_flat_notices(linkage, flat.tolist())),
     )  # fmt: skip
+
+
+def _explain_channels(
+    channels: list[Channel], fit: LeastSquares, x0: Array
+) -> tuple[list[Array], dict[str, float | None], dict[str, float | None]]:
+    """Compute what masses of the file and combinations explain, each with fitted sensors.
+
+    Returns:
+        Loads (2, N) of each channel; parameters of sensors and drives by name, and their
+        standard errors.
+    """
+    predicted = []
+    sensors: dict[str, float | None] = {}
+    spreads: dict[str, float | None] = {}
+    for channel, noise in zip(channels, fit.noise, strict=True):
+        data = channel.data
+        loads = np.stack([data.rows @ x0, data.rows @ (fit.directions @ fit.estimate)])
+        weights = (noise.max() / noise)[:, None]
+        left = (data.loads - loads).T
+        values = np.linalg.lstsq(weights * data.sensor, weights * left, rcond=None)[0]
+        predicted.append(loads + (data.sensor @ values).T)
+        errors = sensor_errors(data, fit, noise)
+        for name, value, error in zip(
+            channel.terms, values[:, 1].tolist(), errors, strict=True
+        ):
+            sensors[name] = None if error is None else value
+            spreads[name] = error
+    return predicted, sensors, spreads
+
+
+def _explain_recordings(
+    recordings: list[RecordedRows],
+    channels: list[Channel],
+    fit: LeastSquares,
+    predicted: list[Array],
+) -> tuple[Recording, ...]:
+    """Describe how well each load of each recording is explained."""
+    by_name = {channel.name: c for c, channel in enumerate(channels)}
+    explained = []
+    for k, (trajectory, measured, *_) in enumerate(recordings):
+        loads, fits = [], []
+        for values, name in zip(measured.values.T, measured.channels, strict=True):
+            c = by_name[name]
+            there = channels[c].data.recording == k
+            loads.append(predicted[c][:, there])
+            residuals, noise = fit.residuals[c][there], float(fit.noise[c][there][0])
+            fits.append(_channel_fit(name, values, loads[-1][0], residuals, noise))
+        explained.append(
+            Recording(trajectory, measured, freeze(np.stack(loads, axis=2)), tuple(fits))
+        )
+    return tuple(explained)
 
 
 def _evaluate(
@@ -313,7 +288,7 @@ def _masses(
 
 
 def _shaking(
-    rows: LoadRows,
+    rows: Array,
     x: Array,
     fit: LeastSquares | None = None,
     likely: LikeliestMasses | None = None,
@@ -323,14 +298,15 @@ def _shaking(
     What the loads determine is taken from them alone; else from the likeliest masses.
 
     Args:
+        rows: of the shaking wrench ``[force; moment]`` of all recordings (N, 6, parameters).
         x: parameters (parameters,), units of the chain.
         fit: what the loads determine; None for masses without errors.
         likely: the likeliest masses, whose parameters are x.
     """
     parts, errors, shares = [], [], []
     for part in (slice(0, 3), slice(3, 6)):
-        A = rows.shaking[:, part]
-        bodies = (A.reshape(*A.shape[:2], rows.bodies, 10) * x.reshape(-1, 10)).sum(axis=3)
+        A = rows[:, part]
+        bodies = (A.reshape(*A.shape[:2], -1, 10) * x.reshape(-1, 10)).sum(axis=3)
         whole = np.sqrt(np.square(np.linalg.norm(bodies, axis=1).sum(axis=1)).mean())
         load, spread = A @ x, likely.spread if likely else None
         if fit is not None:
@@ -346,32 +322,47 @@ def _shaking(
     return ShakingOf(*parts, *errors, *shares)
 
 
-def _channel_fits(
-    measured: Measurements, loads: Array, fit: LeastSquares
-) -> tuple[ChannelFit, ...]:
-    """Describe how well each load is explained."""
-    fits = []
-    for c, name in enumerate(measured.channels):
-        values, r = measured.values[:, c], fit.residuals[:, c]
-        size, given, residual = (
-            float(np.sqrt(np.square(part).mean()))
-            for part in (values, values - loads[0, :, c], r)
-        )
-        power = float(r @ r)
-        correlation = float(r[1:] @ r[:-1]) / power if power > 0.0 else 0.0
-        fits.append(ChannelFit(name, size, given, residual, float(fit.noise[c]), correlation))
-    return tuple(fits)
+def _channel_fit(
+    name: str, values: Array, given: Array, residuals: Array, noise: float
+) -> ChannelFit:
+    """Describe how well a load is explained, by the masses of the file and as identified."""
+    size, file, residual = (
+        float(np.sqrt(np.square(part).mean())) for part in (values, values - given, residuals)
+    )
+    power = float(residuals @ residuals)
+    correlation = float(residuals[1:] @ residuals[:-1]) / power if power > 0.0 else 0.0
+    return ChannelFit(name, size, file, residual, noise, correlation)
 
 
 def _rounding(
-    linkage: Linkage, trajectory: Trajectory, z: Array, point: Array
+    linkage: Linkage, recordings: list[RecordedRows], z: Array, point: Array
 ) -> tuple[float, float]:
-    """Bound the errors of force and moment, root mean square, of a rounded table."""
-    if trajectory.errors is None:
-        return 0.0, 0.0
-    off = load_errors(linkage, input_chain(linkage), z, trajectory, point)
-    moment, force = np.sqrt(np.square(off).mean(axis=1)).tolist()
+    """Bound the errors of force and moment, root mean square, of rounded tables."""
+    chain = input_chain(linkage)
+    squares = [
+        np.square(load_errors(linkage, chain, z, each.trajectory, point))
+        if each.trajectory.errors is not None
+        else np.zeros((2, len(each.trajectory.time)))
+        for each in recordings
+    ]
+    moment, force = np.sqrt(np.concatenate(squares, axis=1).mean(axis=1)).tolist()
     return force, moment
+
+
+def _recording_notices(linkage: Linkage, recordings: tuple[Recording, ...]) -> list[Notice]:
+    """Say what is doubtful in each recording."""
+    notices = []
+    for k, (trajectory, _, _, channels) in enumerate(recordings, 1):
+        start = f"recording {k}: " if len(recordings) > 1 else ""
+        notices += [
+            notice._replace(message=start + notice.message)
+            for notice in (
+                *rounding_notice(trajectory),
+                *large_angles(linkage, trajectory.u),
+                *_fit_notices(channels),
+            )
+        ]
+    return notices
 
 
 def _fit_notices(channels: tuple[ChannelFit, ...]) -> list[Notice]:

@@ -30,6 +30,8 @@ MAX_PANELS = 9
 MAX_LINES = 6
 # Most samples of a load that a page draws.
 MAX_SAMPLES = 300
+# Most samples of a load that a picture draws.
+MAX_DRAWN = 20_000
 # Height of a panel of a page, and of what is above and below them, pixels.
 PANEL_HEIGHT, REST_HEIGHT = 150, 60
 
@@ -56,26 +58,23 @@ def identification_page(answer: Identification) -> str:
     Returns:
         The text of the file; the element ``report`` contains `Identification.to_dict`.
     """
-    measured = answer.measurements
-    picked = np.linspace(0, len(measured.time) - 1, min(MAX_SAMPLES, len(measured.time)))
-    at = np.unique(picked.round().astype(int))
-    from_file, identified = answer.predicted
+    time, loads = _loads_over_time(answer, MAX_SAMPLES)
     panels = [
         (
             f"{name} ({load_unit(answer, name)})",
             [
-                _Line("measured", measured.values[at, k], COLOURS[2], ""),
-                _Line("masses of the file", from_file[at, k], COLOURS[1], "dash"),
-                _Line("identified", identified[at, k], COLOURS[0], "solid"),
+                _Line("measured", measured, COLOURS[2], ""),
+                _Line("masses of the file", from_file, COLOURS[1], "dash"),
+                _Line("identified", identified, COLOURS[0], "solid"),
             ],
         )
-        for k, name in enumerate(measured.channels[:MAX_PANELS])
+        for name, (measured, from_file, identified) in loads.items()
     ]
     return _page(
         answer.space.linkage.name,
         answer.sentence,
         answer.to_dict(),
-        _figure(measured.time[at], panels),
+        _figure(time, panels, _time_title(answer)),
         identification_body(answer),
         ("Combinations on which balance depends", "Loads", "Likeliest masses"),
         identification_facts(answer),
@@ -111,7 +110,7 @@ def plan_page(plan: ExcitingMotion) -> str:
         linkage.name,
         plan_sentence(plan),
         plan.to_dict(),
-        _figure(time, panels),
+        _figure(time, panels, "time (s)"),
         body,
         ("Peaks of the inputs",),
         [(label, value) for label, value, *_ in facts],
@@ -159,22 +158,64 @@ def _number_columns(rows: Sequence[Sequence[str]]) -> list[int]:
     ]
 
 
-def _figure(time: Array, panels: Sequence[tuple[str, Sequence[_Line]]]) -> dict[str, Any]:
+def _loads_over_time(answer: Identification, most: int) -> tuple[Array, dict[str, Array]]:
+    """Collect loads over time, those of several recordings one after another with a gap.
+
+    Args:
+        most: largest number of samples of all recordings.
+
+    Returns:
+        Time (N,), and of each load what was measured, what the masses of the file explain, and
+        what the identified ones explain (3, N); NaN where it was not measured.
+    """
+    names = dict.fromkeys(
+        name for each in answer.recordings for name in each.measurements.channels
+    )
+    shown = {name: [np.empty((3, 0))] for name in list(names)[:MAX_PANELS]}
+    times, start = [np.empty(0)], 0.0
+    total = sum(len(each.measurements.time) for each in answer.recordings)
+    for k, recording in enumerate(answer.recordings):
+        time, channels, values, _ = recording.measurements
+        count = max(2, round(len(time) * min(1.0, most / total)))
+        at = np.unique(np.linspace(0, len(time) - 1, count).round().astype(int))
+        now = time[at] + (start - time[0] if k else 0.0)
+        gap = [now[0]] if k else []
+        start = float(now[-1])
+        times += [np.array(gap), now]
+        curves = np.concatenate([values[None], recording.predicted])[:, at]
+        for name, parts in shown.items():
+            parts.append(np.full((3, len(gap)), np.nan))
+            known = name in channels
+            unknown = np.full((3, len(at)), np.nan)
+            parts.append(curves[:, :, channels.index(name)] if known else unknown)
+    joined = {name: np.concatenate(parts, axis=1) for name, parts in shown.items()}
+    return np.concatenate(times), joined
+
+
+def _time_title(answer: Identification) -> str:
+    """Return the title of the axis of time."""
+    several = len(answer.recordings) > 1
+    return "time (s), recordings one after another" if several else "time (s)"
+
+
+def _figure(
+    time: Array, panels: Sequence[tuple[str, Sequence[_Line]]], title: str
+) -> dict[str, Any]:
     """Build the chart of panels one above the other; the first one has the legend."""
     traces, count = [], len(panels)
-    scale = max(float(np.abs(line.values).max()) for _, lines in panels for line in lines)
+    scale = max(float(np.nanmax(np.abs(line.values))) for _, lines in panels for line in lines)
     layout: dict[str, Any] = {
         "hovermode": "x",
         "height": REST_HEIGHT + PANEL_HEIGHT * count,
-        "xaxis": {"title": {"text": "time (s)"}},
+        "xaxis": {"title": {"text": title}},
     }
-    for row, (title, lines) in enumerate(panels):
+    for row, (name, lines) in enumerate(panels):
         mark = str(row + 1) if row else ""
         layout[f"yaxis{mark}"] = {
             "domain": [1.0 - (row + 1) / count, 1.0 - row / count],
-            "title": {"text": title},
+            "title": {"text": name},
         }
-        if np.abs([line.values for line in lines]).max() <= NOISE_LEAST * scale:
+        if np.nanmax(np.abs([line.values for line in lines])) <= NOISE_LEAST * scale:
             layout[f"yaxis{mark}"]["range"] = [-scale, scale]
         traces += [
             {
@@ -195,24 +236,22 @@ def _figure(time: Array, panels: Sequence[tuple[str, Sequence[_Line]]]) -> dict[
 
 def identification_picture(answer: Identification, kind: str = "png") -> bytes:
     """Draw each measured load over time, and what file and identified masses predict."""
-    measured = answer.measurements
-    names = measured.channels[:MAX_PANELS]
-    columns = min(3, len(names))
-    rows = ceil(len(names) / columns)
-    from_file, identified = answer.predicted
+    time, loads = _loads_over_time(answer, MAX_DRAWN)
+    columns = min(3, len(loads))
+    rows = ceil(len(loads) / columns)
     curves = (
-        (measured.values, ".", COLOURS[2], "measured"),
-        (from_file, "--", COLOURS[1], "masses of the file"),
-        (identified, "-", COLOURS[0], "identified"),
+        (".", COLOURS[2], "measured"),
+        ("--", COLOURS[1], "masses of the file"),
+        ("-", COLOURS[0], "identified"),
     )
 
     def draw(figure: Any) -> None:
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True)
-        for k, (ax, name) in enumerate(zip(panels.flat, names, strict=False)):
-            for loads, style, colour, label in curves:
+        for ax, (name, lines) in zip(panels.flat, loads.items(), strict=False):
+            for values, (style, colour, label) in zip(lines, curves, strict=True):
                 ax.plot(
-                    measured.time,
-                    loads[:, k],
+                    time,
+                    values,
                     style,
                     markersize=2.0,
                     linewidth=1.2,
@@ -221,10 +260,10 @@ def identification_picture(answer: Identification, kind: str = "png") -> bytes:
                 )
             ax.set_ylabel(f"{name} ({load_unit(answer, name)})")
             tidy(ax)
-        for ax in panels.flat[len(names) :]:
+        for ax in panels.flat[len(loads) :]:
             ax.set_axis_off()
         for ax in panels[-1]:
-            ax.set_xlabel("time (s)")
+            ax.set_xlabel(_time_title(answer))
         panels[0, 0].set_title(answer.space.linkage.name, loc="left")
         panels[0, 0].legend(frameon=False, fontsize=8)
 

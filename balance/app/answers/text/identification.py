@@ -23,16 +23,12 @@ HEAD = ("combination", "unit", "file", "measured", "1 sigma", "file off by (sigm
 
 def identification_facts(answer: Identification) -> list[tuple[str, str]]:
     """List the facts on an identification as pairs of label and value."""
-    space, measured = answer.space, answer.measurements
+    space, several = answer.space, len(answer.recordings) > 1
     pairs = linkage_facts(space.linkage, f"{space.balance} balance")
-    duration = number_text(float(np.ptp(measured.time)))
-    pairs.append(
-        (
-            "measured",
-            f"{', '.join(measured.channels)}: {count_noun(len(measured.time), 'sample')}, "
-            f"{duration} s",
-        )
-    )
+    pairs += [
+        (f"recording {k}" if several else "measured", recording.words)
+        for k, recording in enumerate(answer.recordings, 1)
+    ]
     if answer.cutoff is not None:
         told = f"below {number_text(answer.cutoff)} Hz, two samples a period"
         pairs.append(("filtered", told))
@@ -101,13 +97,16 @@ def _combination_row(item: Identified) -> tuple[str, ...]:
 def _channel_rows(answer: Identification) -> list[tuple[str, ...]]:
     """Build the table of the loads, its head first."""
     rows: list[tuple[str, ...]] = [("load", "unit", "rms", "left by the file", "left", "noise")]
-    scale = max((channel.size for channel in answer.channels), default=1.0) or 1.0
-    for channel in answer.channels:
-        sizes = (
-            size_text(size, ".4g", scale, NOISE_LEAST)
-            for size in (channel.size, channel.file, channel.residual, channel.noise)
-        )
-        rows.append((channel.name, load_unit(answer, channel.name), *sizes))
+    several = len(answer.recordings) > 1
+    scale = max(channel.size for each in answer.recordings for channel in each.channels) or 1.0
+    for k, recording in enumerate(answer.recordings, 1):
+        for channel in recording.channels:
+            sizes = (
+                size_text(size, ".4g", scale, NOISE_LEAST)
+                for size in (channel.size, channel.file, channel.residual, channel.noise)
+            )
+            name = f"{channel.name}, recording {k}" if several else channel.name
+            rows.append((name, load_unit(answer, channel.name), *sizes))
     return rows
 
 

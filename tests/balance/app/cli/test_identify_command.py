@@ -61,10 +61,11 @@ def test_the_page_has_the_answer_and_the_loads(capsys, tables, tmp_path):
     assert f'<p class="lede">{answer["sentence"]}</p>' in page
     (chart,) = Elements(page).data("figures")
     measured, by_file, explained = (trace["y"] for trace in chart["data"][:3])
+    fit = answer["recordings"][0]["channels"][0]
     rms = [np.sqrt(np.mean(np.square(values))) for values in (measured, by_file, explained)]
-    assert rms[0] == pytest.approx(answer["channels"][0]["size"], rel=0.02)
+    assert rms[0] == pytest.approx(fit["size"], rel=0.02)
     left = np.sqrt(np.mean(np.subtract(measured, explained) ** 2))
-    assert left == pytest.approx(answer["channels"][0]["residual"], rel=0.02)
+    assert left == pytest.approx(fit["residual"], rel=0.02)
     assert [trace["name"] for trace in chart["data"][:2]] == ["measured", "masses of the file"]
     words = ["--plan", "--duration", "2", "--tries", "1", "--out", str(table)]
     code, _ = json_answer(capsys, "identify", MODEL, *words, "--html", str(plan))

@@ -9,7 +9,11 @@ import pytest
 
 import balance
 import kinematics
-from balance.masses.identification.least_squares import excited_directions, solve
+from balance.masses.identification.least_squares import (
+    ChannelRows,
+    excited_directions,
+    solve,
+)
 from balance.masses.identification.likeliest_masses import (
     likeliest_masses,
     widened_pseudo_inertias,
@@ -51,6 +55,17 @@ def columns(way, wrench, drives=None, names=WRENCH, inputs=()):
     """A table of loads; the wrench is that of the base on the linkage."""
     table = {"time": way.time, **{name: wrench[:, WRENCH.index(name)] for name in names}}
     return table | {name: drives[:, k] for k, name in enumerate(inputs)}
+
+
+def without_sensors(rows, loads):
+    """Channels of one recording, of sensors without parameters and with exact numbers."""
+    count = len(loads)
+    return [
+        ChannelRows(
+            rows[:, c], loads[:, c], np.empty((count, 0)), np.zeros(count, int), np.zeros(count)
+        )
+        for c in range(loads.shape[1])
+    ]
 
 
 @pytest.mark.parametrize(
@@ -179,7 +194,7 @@ def test_offsets_and_friction_are_told_apart_from_masses():
         true = identification_run.true_value(item, truth, found)
         assert abs(item.value - true) < 1e-6
     blind = balance.identify(linkage, way, loads, gravity=GRAVITY, on_linkage=True)
-    assert blind.furthest > 0.0 and max(c.residual for c in blind.channels) > 0.1
+    assert blind.furthest > 0.0 and max(c.residual for c in blind.recordings[0].channels) > 0.1
 
 
 def test_what_is_not_excited_is_named():
@@ -216,7 +231,7 @@ def test_standard_errors_are_those_of_repeated_measurements():
     values = []
     for _ in range(200):
         loads = Y @ x + noise * rng.normal(size=(300, 2))
-        fit = solve(Y, loads, [np.empty((300, 0))] * 2, np.zeros(2))
+        fit = solve(without_sensors(Y, loads))
         values.append(fit.directions @ fit.estimate)
     spread = np.std(values, axis=0)[:3]
     W = (Y / noise[:, None]).reshape(-1, 4)[:, :3]
@@ -224,7 +239,7 @@ def test_standard_errors_are_those_of_repeated_measurements():
     assert np.all(np.abs(spread / expected - 1.0) < 0.2)
     told = fit.spread(fit.directions[:3])
     assert np.all(np.abs(told / expected - 1.0) < 0.15)
-    assert np.all(np.abs(fit.noise / noise - 1.0) < 0.1)
+    assert np.all(np.abs(np.array(fit.noise).T / noise - 1.0) < 0.1)
     assert excited_directions(Y.reshape(-1, 4)).shape == (4, 3)
 
 
@@ -237,7 +252,7 @@ def test_likeliest_masses_are_those_of_a_conic_solver():
     noisy = wrench + 0.02 * np.abs(wrench).max() * rng.normal(size=wrench.shape)
     chain = input_chain(linkage)
     rows = load_rows(linkage, way, GRAVITY, np.zeros(3)).wrench
-    fit = solve(rows, noisy, [np.empty((80, 0))] * 6, np.zeros(6))
+    fit = solve(without_sensors(rows, noisy))
     back = np.linalg.inv(from_chain(chain.frame, False, False))
     x0 = np.array([body.inertia for body in linkage.bodies]) @ back.T
     P0, _ = widened_pseudo_inertias(x0)
@@ -333,6 +348,7 @@ def test_what_cannot_be_used_is_told():
         ({"fx": [1.0, 2.0]}, {}, "one number for each time"),
         ({"ghost": way.time}, {}, "time and some of fx"),
         ({"fx": np.full(80, np.nan)}, {}, "must be finite"),
+        (dict.fromkeys(WRENCH, np.zeros(80)), {}, "all numbers are 0"),
         ({"time": way.time[::-1]}, {}, "times that increase"),
         ({}, {"prior": 0.0}, "prior: 0 is not above 0"),
         ({}, {"friction": True}, "friction: no torque of a drive"),
@@ -361,7 +377,7 @@ def test_a_link_without_mass_has_no_likeliest_one():
 def test_noise_is_covered_by_the_standard_errors(name):
     """A sample of ``python -m tests.independent.identification_run --runs 200``."""
     moving = identification_run.machine(name, 20, 201)
-    found = identification_run.coverage(name, 12, moving)
+    found = identification_run.coverage(name, 12, [(moving, identification_run.NOISE)])
     assert found.within >= 0.95
     assert 0.7 < found.squares < 1.4
 

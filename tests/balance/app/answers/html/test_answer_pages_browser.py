@@ -147,8 +147,9 @@ def test_pages_are_whole_on_a_desk_and_on_a_phone(name, browser, tmp_path):
 def test_identified_masses_explain_what_was_measured(browser, tmp_path):
     """Lines of the identified masses are among the marks; those of the file are 1.3 away."""
     answer = identification()
-    measured = answer.measurements.values
-    from_file, identified = answer.predicted
+    (recording,) = answer.recordings
+    measured = recording.measurements.values
+    from_file, identified = recording.predicted
     assert np.abs(identified - measured).max() < 0.01
     size = np.abs(measured).max()
     assert np.abs(1.3 * from_file - measured).max() < 0.01 < 0.1 * size

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import tempfile
 from hashlib import sha256
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from code_blocks import code_blocks, produced, run_page
 from formulas import with_formulas
@@ -23,10 +23,10 @@ from generated_pages import (
     json_pages,
 )
 from mkdocs.structure.files import File
-from notebooks import notebook
+from notebooks import IN_PYTHON, notebook, notebook_page
 from output_lines import with_wrapped_lines
 
-MAKERS = ("tutorials", "machines")  # folders whose pages make files that they show
+MAKERS = ("tutorials", "machines", IN_PYTHON)  # folders whose pages make files that they show
 PAGES = (api_pages, command_pages, copied_pages, exit_code_page, gallery_pages, json_pages)
 
 
@@ -61,7 +61,7 @@ def _add_made_files(file, files, config):
     text, beside = file.content_string, Path(file.abs_src_path).parent
     if not _is_run(text):
         return
-    if maker.name == "tutorials":
+    if maker.name == IN_PYTHON or _is_own_notebook(file.src_uri, files):
         book = notebook(text)
         files.append(File.generated(config, f"{name}.ipynb", content=book))
     made = produced(text, _folder(name, text, beside))
@@ -72,6 +72,12 @@ def _add_made_files(file, files, config):
         if files.get_file_from_path(uri):
             raise ValueError(f"{file.src_uri}: another page makes {shown} too")
         files.append(File.generated(config, uri, abs_src_path=str(path)))
+
+
+def _is_own_notebook(uri, files):
+    """Whether a page is a tutorial whose blocks are its notebook."""
+    page = PurePosixPath(uri)
+    return page.parent.name == "tutorials" and notebook_page(page, files.src_uris) == page
 
 
 def _is_run(text):
@@ -93,12 +99,15 @@ def _folder(name, text, beside):
 _TEMPORARY = tempfile.TemporaryDirectory(prefix="docs-")
 
 
-def on_page_markdown(markdown, page, **_):
+def on_page_markdown(markdown, page, files, **_):
     """Offer the notebook of a tutorial."""
-    name = Path(page.file.src_uri)
-    if name.parent.name == "tutorials" and _is_run(markdown):
+    name = PurePosixPath(page.file.src_uri)
+    if name.parent.name not in ("tutorials", IN_PYTHON) or not _is_run(markdown):
+        return markdown
+    if name.parent.name == IN_PYTHON or _is_own_notebook(name.as_posix(), files):
         return f"{markdown}\n\n[This page as a notebook]({name.stem}.ipynb)\n"
-    return markdown
+    other = f"../{IN_PYTHON}/{name.stem}"
+    return f"{markdown}\n\n[The same in Python]({other}.md), [as a notebook]({other}.ipynb)\n"
 
 
 def on_page_content(html, **_):

@@ -1,11 +1,27 @@
-"""Tutorials as Jupyter notebooks, from the same text."""
+"""Tutorials as Jupyter notebooks, from their text or from a page that does it in Python."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Container
+from pathlib import PurePosixPath
 
 import jupytext
 from code_blocks import FENCE
+
+IN_PYTHON = "notebooks"
+"""Folder beside the tutorials of pages that do their jobs in Python."""
+
+
+def notebook_page(tutorial: PurePosixPath, pages: Container[str]) -> PurePosixPath:
+    """Find the page whose blocks are the notebook of a tutorial.
+
+    Args:
+        tutorial: the tutorial in the folder of the documentation.
+        pages: names of all pages there.
+    """
+    page = PurePosixPath(IN_PYTHON, tutorial.name)
+    return page if page.as_posix() in pages else tutorial
 
 
 def notebook(markdown: str) -> str:

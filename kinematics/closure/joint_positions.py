@@ -109,6 +109,8 @@ def with_bodies(linkage: Linkage, bodies: Sequence[Body]) -> Linkage:
 
 def _input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:
     """Make that chain, by default in the coordinates of `arrange_loops`."""
+    if frame is None and not linkage.idle:
+        return linkage.spatial_chain  # it has all joints
     independent = linkage.positions_of(linkage.inputs)
     return move_chain(arrange_loops(linkage, frame), independent, np.eye(linkage.mobility))
 

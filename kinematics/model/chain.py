@@ -31,7 +31,7 @@ def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chai
     Returns:
         The chain, with no columns.
     """
-    frame = frame or _fitted_frame(draft)
+    frame = frame or fitted_frame(draft)
     n = len(draft.joints)
     screws = np.array([joint.screw for joint in draft.joints]).reshape(n, 6)
     sliding = np.array([joint.kind == "prismatic" for joint in draft.joints], dtype=bool)
@@ -77,7 +77,7 @@ def extent(draft: UnassembledLinkage) -> Frame:
     return Frame(freeze(np.eye(3)), freeze(origin), length or 1.0)
 
 
-def _fitted_frame(draft: UnassembledLinkage) -> Frame:
+def fitted_frame(draft: UnassembledLinkage) -> Frame:
     """Compute coordinates amid the joints, in units of the distances of their axes.
 
     The distances vanish where all axes meet in a point, but for rounding, or nothing turns:

@@ -162,6 +162,8 @@ NEARLY_CLOSING_STEP_RELATIVE = 1e-3
 # Displacement of a joint up to a generic pose that is none, relative to the largest one: an
 # idle joint.
 IDLE_JOINT_RELATIVE = 1e-9
+# Rate of a joint at the reference pose that is clearly no round-off, relative to the largest.
+CLEAR_MOTION_RELATIVE = 1e-3
 # Smallest nonzero singular value of a loop matrix, relative to the largest: poses below the
 # first may be near a singular one; those below the second cannot be told from it.
 NEAR_SINGULAR_CONDITIONING = 0.05

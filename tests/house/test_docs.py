@@ -98,7 +98,7 @@ def test_notebooks_hold_the_blocks_of_their_pages():
 
     for page, text in TEXTS.items():
         wanted = [block for block in code_blocks(text) if block.language != "text"]
-        if not page.startswith("tutorials/") or not wanted:
+        if not page.startswith(("tutorials/", "notebooks/")) or not wanted:
             continue
         cells = [
             cell["source"]

@@ -1,4 +1,4 @@
-"""The notebooks of tutorials run in a kernel: those of half a minute, all with ``ALL_CASES=1``.
+"""The notebook of each tutorial runs in a kernel.
 
 Blocks of their pages run in `test_docs.py`. Here the cells run as a reader runs them: files by
 ``%%writefile``, commands by a shell, Python in one kernel.
@@ -10,11 +10,10 @@ import os
 import re
 import shutil
 import sys
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pytest
 
-from tests.support.covering import ALL_CASES
 from tests.support.waiting import HANGS
 
 nbclient = pytest.importorskip("nbclient")
@@ -22,20 +21,13 @@ jupytext = pytest.importorskip("jupytext")
 pytest.importorskip("ipykernel")
 
 from code_blocks import code_blocks  # noqa: E402
-from notebooks import notebook  # noqa: E402
+from notebooks import notebook, notebook_page  # noqa: E402
 
-TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorials"
-PAGES = sorted(page.stem for page in TUTORIALS.glob("*.md") if page.stem != "index")
-SHORT = [
-    "desk_lamp",
-    "exoskeleton_leg",
-    "flexible_coupler",
-    "formulas",
-    "pick_and_place",
-    "space_arm",
-    "synthesis",
-    "which_masses",
-]
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = {page.relative_to(DOCS).as_posix() for page in DOCS.glob("**/*.md")}
+TUTORIALS = sorted(
+    name for name in PAGES if name.startswith("tutorials/") and name != "tutorials/index.md"
+)
 
 
 @pytest.fixture
@@ -46,20 +38,21 @@ def command(tmp_path, monkeypatch):
     script.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m balance "$@"\n', encoding="utf-8")
     script.chmod(0o755)
     monkeypatch.setenv("PATH", f"{script.parent}{os.pathsep}{os.environ['PATH']}")
-    root = str(TUTORIALS.parents[1])
+    root = str(DOCS.parent)
     monkeypatch.setenv("PYTHONPATH", f"{root}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
 
 
 @pytest.mark.docs
-@pytest.mark.parametrize("page", PAGES if ALL_CASES else SHORT)
-def test_a_notebook_runs_and_prints_what_its_page_shows(page, command, tmp_path):
+@pytest.mark.parametrize("tutorial", TUTORIALS)
+def test_a_notebook_runs_and_prints_what_its_page_shows(tutorial, command, tmp_path):
     """No cell raises, and the first line that each block shows is among what is printed."""
-    text = (TUTORIALS / f"{page}.md").read_text(encoding="utf-8")
+    page = DOCS / notebook_page(PurePosixPath(tutorial), PAGES)
+    text = page.read_text(encoding="utf-8")
     folder = tmp_path / "work"
     folder.mkdir()
     for name in re.findall(r"\]\(([\w.-]+)\)", text):
-        if (TUTORIALS / name).is_file() and not name.endswith(".md"):
-            shutil.copy(TUTORIALS / name, folder)
+        if (page.parent / name).is_file() and not name.endswith(".md"):
+            shutil.copy(page.parent / name, folder)
     book = jupytext.reads(notebook(text), "ipynb")
     resources = {"metadata": {"path": str(folder)}}
     nbclient.NotebookClient(book, timeout=HANGS, resources=resources).execute()

@@ -114,7 +114,7 @@ class AddedParameters:
         rows = np.zeros((chain.links.size, chain.width, COORDINATES))
         for b, link in enumerate(chain.links):
             if link >= 0:
-                rows[b] = [_inertia_weights(twist) for twist in twists[link]]
+                rows[b] = inertia_weights(twists[link])
         inertias = np.zeros((chain.width, self.count + 1))
         for k, (b, D) in enumerate(self.added.items()):
             inertias[:, COORDINATES * k : COORDINATES * (k + 1)] = rows[b] @ D
@@ -128,13 +128,17 @@ class AddedParameters:
         return np.asarray(self.chain.units[moving])
 
 
-def _inertia_weights(twist: Array) -> Array:
-    """Compute the row (10,) of ``tᵀ M t`` for a twist (6,)."""
-    w, v = twist[:3], twist[3:]
-    cross = np.cross(v, w)
-    # tᵀ M t = ωᵀ E ω + 2 mc·(v × ω) + m v·v
-    squares = [*(w * w), 2 * w[0] * w[1], 2 * w[0] * w[2], 2 * w[1] * w[2]]
-    return np.array([v @ v, *(2.0 * cross), *squares])
+def inertia_weights(twists: Array) -> Array:
+    """Compute the rows (..., 10) of ``tᵀ M t = ωᵀ E ω + 2 mc·(v × ω) + m v·v``.
+
+    Args:
+        twists: t = [ω; v] (..., 6), in the units of the inertial parameters.
+    """
+    w, v = twists[..., :3], twists[..., 3:]
+    x, y, z = np.moveaxis(w, -1, 0)
+    products = np.stack([x * y, x * z, y * z], axis=-1)
+    size = np.sum(v * v, axis=-1, keepdims=True)
+    return np.concatenate([size, 2.0 * np.cross(v, w), w * w, 2.0 * products], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from balance.motion.motion_tolerances import (
     REVOLUTION_RETURN,
 )
 from balance.motion.verification.input_paths import SteadyPath
-from balance.motion.verification.trajectory import Trajectory, drive, order_inputs
+from balance.motion.verification.trajectory import Stop, Trajectory, order_inputs, track
 from balance.support.units import read_quantity
 from kinematics.closure.continuation import continue_along
 from kinematics.closure.joint_positions import input_chain
@@ -45,6 +45,8 @@ STEPS = 720
 # Offsets of the samples, in steps. Where branches of the motion meet, joint rates are not
 # determined; if a sample hits such a pose, all samples move by the next offset.
 PHASES = (0.0, 0.4)
+# Share of a step from a sample within which a pose where the motion ends may be that sample's.
+NEAR_SAMPLE = 0.01
 # Steps of a revolution that is only tried, and most inputs for which turns are tried.
 TRIAL_STEPS, MOST_TRIED = 180, 6
 # Stands in messages for a limit that was not asked for.
@@ -114,9 +116,12 @@ def revolve_crank(
     rates = _input_rates(linkage, joint, motion)
     for phase in PHASES:
         with suppress(PoseError):
-            trajectory = _revolution(linkage, speed, rates, phase, steps)
-            if trajectory.conditioning > CONDITIONING_SINGULAR:
-                return trajectory, Crank(joint, speed, _is_periodic(linkage, trajectory))
+            outcome = _revolution(linkage, speed, rates, phase, steps)
+            if isinstance(outcome, Stop):
+                if NEAR_SAMPLE < outcome.share < 1.0 - NEAR_SAMPLE:
+                    break  # the motion ends between samples, wherever these are
+            elif outcome.conditioning > CONDITIONING_SINGULAR:
+                return outcome, Crank(joint, speed, _is_periodic(linkage, outcome))
     if not explain:
         raise PoseError(f"{linkage.source}: {_limits_text(joint, NO_LIMIT, NO_LIMIT)}")
     low, high = map(degrees, crank_limits(linkage, joint, rates))
@@ -163,11 +168,16 @@ def one_turn(
 
 def _revolution(
     linkage: Linkage, speed: float, rates: Array, phase: float, steps: int
-) -> Trajectory:
-    """Compute one revolution from a crank angle of ``phase`` steps on."""
+) -> Trajectory | Stop:
+    """Compute one revolution from a crank angle of ``phase`` steps on, or where it ends.
+
+    Raises:
+        PoseError: the crank cannot reach the first angle.
+    """
     time = np.asarray((np.arange(steps + 1) + phase) * (TURN / steps / abs(speed)), float)
     path = SteadyPath(np.zeros(rates.size), speed * rates)
-    return replace(drive(linkage, time, *path.at(time)), path=path)
+    outcome = track(linkage, (time, *path.at(time)), shortest=CRANK_ADVANCE)
+    return outcome if isinstance(outcome, Stop) else replace(outcome, path=path)
 
 
 def crank_of(linkage: Linkage, trajectory: Trajectory) -> Crank | None:
@@ -298,7 +308,7 @@ def _turns(linkage: Linkage, rates: Array) -> bool:
     """Whether inputs can turn at these rates until the crank has made a turn."""
     with suppress(PoseError):
         turn = _revolution(linkage, 1.0, rates, PHASES[1], TRIAL_STEPS)
-        return turn.conditioning > CONDITIONING_SINGULAR
+        return not isinstance(turn, Stop) and turn.conditioning > CONDITIONING_SINGULAR
     return False
 
 

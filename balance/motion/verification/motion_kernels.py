@@ -42,11 +42,13 @@ def follow_samples(chain, path, limits, pose, motion, workspace):
             inputs (N, n, 1), which links it moves (n, 1), and its length (N,); velocities and
             accelerations of the inputs (N, 1, width).
         limits: in: bound on joint rates for unit rates of the inputs, bound on the smallest
-            pivot of the loop matrix, over that of the reference pose, and this pivot (3,).
+            pivot of the loop matrix, over that of the reference pose, this pivot, and the
+            shortest step of the inputs (4,).
         pose: in, out: joint positions of the first sample (n,), displacements (n, 4, 4) and
             screws (n, 6) there; workspace (n,).
         motion: out: positions, velocities and accelerations of all joints (N, n); in, out:
-            largest closure residual, and the smallest pivot over that of the reference (2,).
+            largest closure residual, the smallest pivot over that of the reference, and the
+            share of the way to the next sample behind which the motion ends (3,).
         workspace: as from `motion_workspace`.
 
     Returns:
@@ -93,12 +95,14 @@ def follow_samples(chain, path, limits, pose, motion, workspace):
                 break
             spatial_series(0, PREDICTION_ORDER, 0, 1, line, s, ray, far)
             step = follow_series(line, q, far[4][0], ray[0], remaining, scratch_q, H, s, steps)
-            if step == 0.0:
+            if step == 0.0 or (step < limits[3] and step < remaining):
+                extremes[2] = 1.0 - remaining / lengths[k]
                 return k
             for j in range(q.size):
                 q[j] = scratch_q[j]
             remaining -= step
         if remaining > 0.0:
+            extremes[2] = 1.0 - remaining / lengths[k]
             return k
     return lengths.size
 

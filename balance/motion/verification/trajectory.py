@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -97,6 +98,18 @@ class Trajectory:
         return bool(span > INPUT_RANGE_RELATIVE * size and SLOWEST < rate < FASTEST)
 
 
+class Stop(NamedTuple):
+    """Where a motion of the inputs cannot be followed any further.
+
+    Attributes:
+        time: of the last sample that is reached, seconds.
+        share: of the way from there to the next sample, as far as the loops close.
+    """
+
+    time: float
+    share: float
+
+
 def drive(
     linkage: Linkage,
     time: ArrayLike,
@@ -133,12 +146,12 @@ def drive(
         )
     if not all(np.isfinite(x).all() for x in (t, *path)):
         raise PoseError(f"{linkage.source}: the motion must be of finite numbers")
-    outcome = _track(linkage, input_chain(linkage), (t, *path), start=start)
+    outcome = track(linkage, (t, *path), start=start)
     if isinstance(outcome, Trajectory):
         return outcome
     raise PoseError(
-        f"{linkage.source}: the loops cannot be closed beyond {outcome:.6g} s of the motion; "
-        "give smaller displacements"
+        f"{linkage.source}: the loops cannot be closed beyond {outcome.time:.6g} s of the "
+        "motion; give smaller displacements"
     )
 
 
@@ -182,7 +195,7 @@ def random_motions(
         amplitude = min(FIRST_AMPLITUDE, amplitude / AMPLITUDE_FACTOR)
         while True:
             path = replace(sines, basis=basis, amplitude=amplitude)
-            outcome = _track(linkage, chain, (time, *path.at(time)), fastest, least)
+            outcome = track(linkage, (time, *path.at(time)), fastest, least)
             if isinstance(outcome, Trajectory) and _returns(outcome, chain):
                 yield replace(outcome, path=path)
                 break
@@ -251,24 +264,26 @@ def _ways_to_next(u: Array) -> tuple[Array, Array]:
     return ways, np.linalg.norm(ways, axis=1)
 
 
-def _track(
+def track(
     linkage: Linkage,
-    chain: Chain,
     path: tuple[Array, ...],
     fastest: float = np.inf,
     least: float = 0.0,
     *,
+    shortest: float = 0.0,
     start: Array | None = None,
-) -> Trajectory | float:
-    """Follow a motion of the inputs: the trajectory, or the time at which it cannot go on.
+) -> Trajectory | Stop:
+    """Follow a motion of the inputs: the trajectory, or where it cannot go on.
 
     Args:
-        chain: its arrays, from `kinematics.closure.joint_positions.input_chain`.
         path: time, displacements of the inputs, velocities, accelerations.
         fastest: bound on joint rates for unit rates of the inputs.
         least: bound on the conditioning, relative to the reference pose.
+        shortest: step of the inputs, radians and characteristic lengths, below which they have
+            reached a limit: steps shrink towards a dead centre without an end.
         start: positions of all joints at the first sample; computed by default.
     """
+    chain = input_chain(linkage)
     time, u, ud, udd = path
     scale = chain.units[linkage.positions_of(linkage.inputs)]
     if start is None:
@@ -277,7 +292,7 @@ def _track(
     start = start / chain.units
     pose = forward_kinematics(chain, start)
     motion = tuple(np.zeros((time.size, chain.parent.size)) for _ in range(3))
-    extremes = np.array([0.0, 1.0])
+    extremes = np.array([0.0, 1.0, 0.0])
     # Predict along one direction only: the expansion has far fewer numbers.
     moves = freeze(chain.moves.any(axis=1, keepdims=True), np.bool_)
     advance, lengths = _ways_to_next(u / scale)
@@ -289,14 +304,14 @@ def _track(
     reached = follow_samples(
         chain.walked,
         (lines, moves, lengths, *rates),
-        np.array([fastest, least, loop_pivot(chain, chain.screws)]),
+        np.array([fastest, least, loop_pivot(chain, chain.screws), shortest]),
         (start.copy(), pose.H, pose.screws.copy(), np.empty(start.size)),
         (*motion, extremes),
         workspace,
     )
     chain.give_back(purpose, workspace)
     if reached < time.size:
-        return float(time[reached])
+        return Stop(float(time[reached]), float(extremes[2]))
     q, qd, qdd = (freeze(chain.units * x) for x in motion)
     time, u, ud, udd = map(freeze, path)
-    return Trajectory(time, u, ud, udd, q, qd, qdd, *extremes.tolist())
+    return Trajectory(time, u, ud, udd, q, qd, qdd, *extremes[:2].tolist())

@@ -173,13 +173,17 @@ class Closer:
 
     def to_chain(self, placed: OpenGeometries) -> tuple[Array, Array]:
         """Convert screws and gaps to the coordinates of the model's chain."""
-        frame, screws = self.chain.frame, placed.screws
-        out = screws.copy()
+        gaps, frame = placed.gaps.copy(), self.chain.frame
+        o = frame.origin
+        gaps[..., :3, 3] = (gaps[..., :3, :3] @ o + gaps[..., :3, 3] - o) / frame.length
+        return self.screws_to_chain(placed.screws), gaps
+
+    def screws_to_chain(self, screws: Array) -> Array:
+        """Convert screws (rows, n, 6) from SI units to the coordinates of the chain."""
+        out, frame = screws.copy(), self.chain.frame
         out[..., 3:] += np.cross(screws[..., :3], frame.origin)
         out[:, ~self._sliding, 3:] /= frame.length
-        gaps, o = placed.gaps.copy(), frame.origin
-        gaps[..., :3, 3] = (gaps[..., :3, :3] @ o + gaps[..., :3, 3] - o) / frame.length
-        return out, gaps
+        return out
 
     def _from_chain(self, screws: Array) -> Array:
         """Convert screws (rows, n, 6) from the coordinates of the chain to SI units."""

@@ -24,9 +24,11 @@ from balance.studies.sweeps.swept_motion import (
 from balance.studies.sweeps.swept_reduction import reduction
 from balance.support.options import Balance
 from kinematics.closure.assembly.assemble import assemble
+from kinematics.closure.joint_positions import with_bodies
 from kinematics.files.urdf.read import inertial_parameters
 from kinematics.files.urdf.robot_tree import describe_robot
 from kinematics.model.arrays import freeze
+from kinematics.model.chain import fitted_frame
 from kinematics.model.linkage import Body, Linkage, LinkPose
 from kinematics.model.spatial.inertia import displace_parameters
 from kinematics.numerics.array_types import Array
@@ -87,6 +89,7 @@ class SweptGeometry:
         row: int,
         balance: Balance,
         spatial: bool,
+        like: SweptGeometry | None = None,
     ) -> None:
         """Keep what the linkage is made of.
 
@@ -94,12 +97,14 @@ class SweptGeometry:
             model: the linkage of the study.
             masses: those of `link_inertias`.
             balance: as for `balance.design_space`.
+            like: a geometry that differs in its masses alone: it moves as this one does.
         """
         self.row, self._model, self._masses, self._closed = row, model, masses, closed
         self.lacks: dict[str, str] = {}
         self._weights: Counterweights | None = None
         self._reduction: PartialBalance | None = None
-        self._motions: list[tuple[Options, Trajectory]] = []
+        self._like = like
+        self._motions: list[tuple[Options, Trajectory]] = [] if like is None else like._motions
         self._options: dict[str, Any] = {"balance": balance, "spatial": spatial}
 
     @cached_property
@@ -110,6 +115,11 @@ class SweptGeometry:
             LinkageError: it cannot be assembled.
         """
         model, closed, i = self._model, self._closed, self.row
+        bodies = tuple(map(self._body, model.bodies))
+        if self._like is not None:
+            shared = with_bodies(self._like.linkage, bodies)
+            if fitted_frame(shared).length == shared.spatial_chain.frame.length:
+                return shared
         H = closed.H[i]
         joints = tuple(
             replace(
@@ -129,7 +139,7 @@ class SweptGeometry:
         draft = replace(
             model,
             joints=joints,
-            bodies=tuple(map(self._body, model.bodies)),
+            bodies=bodies,
             places=places,
             loops=tuple(replace(loop, gap=freeze(np.eye(4))) for loop in model.loops),
             displaced=freeze(q) if q.any() else None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain
@@ -20,12 +21,12 @@ from balance.studies.sweeps.closing import ClosedGeometries
 from balance.studies.sweeps.geometry import SweptGeometry
 from balance.studies.sweeps.plan import Plan
 from balance.studies.sweeps.quantities import RANK_DROP, full_options, quantity_columns
-from balance.studies.sweeps.row_quantities import QUANTITIES
+from balance.studies.sweeps.row_quantities import QUANTITIES, Quantity
 from balance.studies.sweeps.study_data import StudyData
 from balance.studies.sweeps.study_units import unit_of_path
 from kinematics.errors import FileError, LinkageError, UsageError
 from kinematics.model.linkage import Linkage
-from kinematics.numerics.array_types import Array, Flags
+from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.version import __version__
 
 Texts = NDArray[np.object_]
@@ -180,14 +181,14 @@ def _compute_rows(plan: Plan, start: int, stop: int) -> dict[str, Any]:
     if lower or "rank" in study.quantities:
         columns |= _ranks(plan, closed.screws, reasons)
     below = columns["rank"] < _generic_rank(plan) if lower else None
-    geometries: dict[int, SweptGeometry] = {}
+    geometries = _Geometries(plan, values, closed)
     answered = reasons == ""
     for name, options in study.quantities.items():
         if name != "rank":
             chosen = answered.copy()
             if options.get("where") == RANK_DROP:
                 chosen &= below
-            columns |= _by_row(plan, values, closed, name, chosen, reasons, geometries)
+            columns |= _by_row(geometries, name, chosen, reasons)
     return {
         name: column.tolist() if column.dtype == object else column
         for name, column in columns.items()
@@ -243,17 +244,53 @@ def _generic_rank(plan: Plan) -> int:
     return int(_ranks(plan, closed.screws, reasons)["rank"].max())
 
 
+class _Geometries:
+    """Rows that were closed together, as linkages.
+
+    Attributes:
+        plan: the study with its model.
+        values: of all columns of parameters (rows,).
+        closed: the geometries.
+    """
+
+    def __init__(self, plan: Plan, values: dict[str, Array], closed: ClosedGeometries) -> None:
+        """Start without linkages."""
+        self.plan, self.values, self.closed = plan, values, closed
+        self._by_row: dict[int, SweptGeometry] = {}
+        self._by_shape: dict[tuple[bytes, ...], SweptGeometry] = {}
+
+    def at(self, row: int) -> SweptGeometry:
+        """Return the geometry of a row, made once; those of one shape share its motions.
+
+        Raises:
+            LinkageError: no body has the masses of the row.
+        """
+        if row not in self._by_row:
+            plan, closed = self.plan, self.closed
+            numbers = [self.values[path][row] for path in plan.closer.placer.places]
+            poses = closed.screws[row], closed.q[row], closed.H[row], np.array(numbers)
+            shape = tuple(array.tobytes() for array in poses)
+            study, masses = plan.study, plan.masses(self.values, row)
+            geometry = SweptGeometry(
+                plan.linkage,
+                masses,
+                closed,
+                row,
+                study.balance,
+                study.spatial,
+                self._by_shape.get(shape),
+            )
+            self._by_row[row] = geometry
+            self._by_shape.setdefault(shape, geometry)
+        return self._by_row[row]
+
+
 def _by_row(
-    plan: Plan,
-    given: dict[str, Array],
-    closed: ClosedGeometries,
-    name: str,
-    chosen: Flags,
-    reasons: Texts,
-    geometries: dict[int, SweptGeometry],
+    geometries: _Geometries, name: str, chosen: Flags, reasons: Texts
 ) -> dict[str, Any]:
     """Compute a quantity of the chosen rows; the first reason for no value is noted."""
-    study, quantity = plan.study, QUANTITIES[name]
+    plan, quantity = geometries.plan, QUANTITIES[name]
+    study = plan.study
     options = full_options(study.quantities, name)
     columns = quantity.columns(plan.linkage, options)
     empty = {"integer": -1, "real": np.nan, "text": ""}
@@ -262,15 +299,12 @@ def _by_row(
         column.name: np.full(reasons.size, empty[column.kind], dtype=types[column.kind])
         for column in columns
     }
-    for row in np.flatnonzero(chosen).tolist():
+    answered = _together(geometries, quantity, np.flatnonzero(chosen), arrays)
+    for row in np.flatnonzero(chosen & ~answered).tolist():
         try:
-            if row not in geometries:
-                masses = plan.masses(given, row)
-                geometries[row] = SweptGeometry(
-                    plan.linkage, masses, closed, row, study.balance, study.spatial
-                )
-            values = quantity.compute(geometries[row], options)
-            why = geometries[row].lacks.get(name, "")
+            geometry = geometries.at(row)
+            values = quantity.compute(geometry, options)
+            why = geometry.lacks.get(name, "")
         except LinkageError as error:
             values, why = (), str(error)
         if why and not reasons[row]:
@@ -278,6 +312,26 @@ def _by_row(
         for column, value in zip(columns, values, strict=False):
             arrays[column.name][row] = value
     return arrays
+
+
+def _together(
+    geometries: _Geometries, quantity: Quantity, rows: IntArray, arrays: dict[str, Any]
+) -> Flags:
+    """Compute a quantity of rows at once, where it can be; return of which (all rows,)."""
+    plan, closed = geometries.plan, geometries.closed
+    answered = np.zeros(closed.closed.size, dtype=np.bool_)
+    if quantity.together is None:
+        return answered
+    known: dict[int, dict[str, Array]] = {}
+    for row in rows.tolist():
+        with suppress(LinkageError):
+            known[row] = plan.masses(geometries.values, row)
+    rows = np.array([*known], dtype=np.int64)
+    values, held = quantity.together(plan.linkage, plan.closer, closed, rows, [*known.values()])
+    answered[rows[held]] = True
+    for array, column in zip(arrays.values(), values.T, strict=True):
+        array[rows[held]] = column[held]
+    return answered
 
 
 def _short(text: str, source: str) -> str:

@@ -29,7 +29,9 @@ from balance.space.requirements.require import require
 from balance.space.spaces.compute_space import design_space
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.studies.runs.chunk_job import Column
+from balance.studies.sweeps.closing import ClosedGeometries, Closer
 from balance.studies.sweeps.geometry import SweptGeometry
+from balance.studies.sweeps.swept_inertia import input_inertias
 from balance.studies.sweeps.swept_motion import MOTION_OPTIONS, motion_of_options
 from balance.studies.sweeps.swept_reduction import (
     REDUCE_OPTIONS,
@@ -42,7 +44,7 @@ from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage
-from kinematics.numerics.array_types import Array
+from kinematics.numerics.array_types import Array, Flags, IntArray
 
 Options = Mapping[str, Any]
 
@@ -55,12 +57,21 @@ class Quantity(NamedTuple):
         compute: computes their values.
         options: names of its options, beside ``where``.
         check: raises LinkageError for options that do not fit a model.
+        together: computes the values of many geometries of a model at once, (count, columns),
+            and of which they hold; the others are computed one by one.
     """
 
     columns: Callable[[Linkage, Options], tuple[Column, ...]]
     compute: Callable[[SweptGeometry, Options], Sequence[Any]]
     options: tuple[str, ...] = ()
     check: Callable[[Linkage, Options], object] | None = None
+    together: (
+        Callable[
+            [Linkage, Closer, ClosedGeometries, IntArray, Sequence[Mapping[str, Array]]],
+            tuple[Array, Flags],
+        ]
+        | None
+    ) = None
 
 
 COUNTERWEIGHTS, REDUCE, MASSES = "counterweights", "reduce", "masses"
@@ -174,7 +185,7 @@ def _after(quantity: Quantity, verb: str) -> Quantity:
             return [np.nan] * len(quantity.columns(geometry.linkage, options))
         return quantity.compute(geometry, {**options, MASSES: answer.z})
 
-    return quantity._replace(columns=columns, compute=compute)
+    return quantity._replace(columns=columns, compute=compute, together=None)
 
 
 def _design_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
@@ -378,7 +389,7 @@ QUANTITIES: dict[str, Quantity] = {
         _check_design_options,
     ),
     "distance": Quantity(_distance_columns, distance),
-    "input_inertia": Quantity(_inertia_columns, inertia),
+    "input_inertia": Quantity(_inertia_columns, inertia, together=input_inertias),
     "orders": Quantity(_order_columns, orders, ("count",), _check_orders),
     REDUCE: Quantity(reduce_columns, _least_shaking, REDUCE_OPTIONS, _check_reduce),
     "requirements": Quantity(

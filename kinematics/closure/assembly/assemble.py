@@ -4,7 +4,9 @@ Mobility is decided at first order at the reference pose, by the rank of the loo
 each component whose joints depend on one another, and then tested: along a generic
 direction the series must close at every order computed, and a finite pose must exist there.
 The same finite pose shows which joints are idle, because an analytic joint motion that
-vanishes at a generic pose vanishes everywhere.
+vanishes at a generic pose vanishes everywhere. Where the loop equations of a component are
+clearly independent, and all its joints clearly move, that follows from the implicit function
+theorem, and is not tested.
 """
 
 from __future__ import annotations
@@ -37,7 +39,12 @@ from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
 from kinematics.numerics.array_types import Array, Flags
-from kinematics.numerics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
+from kinematics.numerics.tolerances import (
+    AXIS_ROUNDING,
+    CLEAR_MOTION_RELATIVE,
+    IDLE_JOINT_RELATIVE,
+    NEAR_SINGULAR_CONDITIONING,
+)
 from kinematics.wording import count_noun
 
 
@@ -176,7 +183,8 @@ def _assemble_at_pose(
     parts = split_components(draft, whole=chain)
     free, spectra = component_freedoms(parts, len(draft.joints))
     ranks: list[int | None] = [None] * len(parts)
-    if plane_normal(chain) is None:
+    planar = plane_normal(chain) is not None
+    if not planar:
         ranks = regular_loop_ranks(draft, parts, spectra)
         free, spectra = component_freedoms(parts, len(draft.joints), ranks)
     mobility = free.shape[1]
@@ -187,7 +195,11 @@ def _assemble_at_pose(
         )
     independent, notices = choose_coordinates(draft, free, wanted)
     chain = move_chain(chain, independent, np.eye(mobility))
-    idle, poses = _find_idle_joints(draft, chain, parts)
+    clear = [
+        _is_clear(part.chain, values, free[part.joints], 3 if planar else 6)
+        for part, values in zip(parts, spectra, strict=True)
+    ]
+    idle, poses = _find_idle_joints(draft, chain, parts, clear)
     near = any(
         pose is not None and is_near_singular(part.with_columns(chain), values, pose)
         for part, values, pose, rank in zip(parts, spectra, poses, ranks, strict=True)
@@ -253,7 +265,8 @@ def moving_chain(
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     moved = move_chain(full, independent, scaled)
     if idle is None:
-        idle, _ = _find_idle_joints(linkage, moved, split_components(linkage, whole=full))
+        parts = split_components(linkage, whole=full)
+        idle, _ = _find_idle_joints(linkage, moved, parts, [False] * len(parts))
     reduced, flat = reduce_to_plane(moved, idle)
     return reduced if spatial else flat
 
@@ -309,25 +322,46 @@ def _note_small_singular_values(
     return [Notice("nearly_special", text)]
 
 
+def _is_clear(chain: Chain, values: Array, free: Array, dim: int) -> bool:
+    """Return whether loops are clearly independent at a pose, and all joints clearly move.
+
+    Args:
+        chain: arrays of a component.
+        values: singular values of its loop matrix (n,), descending.
+        free: joint rates that close its loops (n, freedom).
+        dim: equations of a loop, 3 in the plane.
+    """
+    rank = dim * len(chain.ends) + len(chain.mimics)
+    if not 0 < rank < values.size or values[rank - 1] < NEAR_SINGULAR_CONDITIONING * values[0]:
+        return False
+    rates = np.sqrt(np.sum(free * free, axis=1))
+    return bool(rates.min() > CLEAR_MOTION_RELATIVE * rates.max())
+
+
 def _find_idle_joints(
-    draft: UnassembledLinkage, chain: Chain, parts: Sequence[Component]
+    draft: UnassembledLinkage, chain: Chain, parts: Sequence[Component], clear: Sequence[bool]
 ) -> tuple[Flags, list[Pose | None]]:
     """Find the joints that do not move up to a generic pose, and so in no motion.
 
     Args:
         chain: its arrays, with a motion.
         parts: its components; see `kinematics.closure.mobility.components`.
+        clear: whether each is known to move with all its joints.
 
     Returns:
         Whether each joint is idle (n,), and a generic pose of each part, None if no joint of
-        it moves.
+        it moves or that is known.
 
     Raises:
         MobilityError: closure fails at a higher order or at a finite pose.
     """
     still: Flags = np.all(chain.columns == 0.0, axis=1)
     poses: list[Pose | None] = []
-    for part in parts:
+    for part, known in zip(parts, clear, strict=True):
+        if known:
+            still[part.joints] = False
+            poses.append(None)
+            continue
         local = part.with_columns(chain)
         pose = _find_generic_pose(draft, part, local) if local.width else None
         poses.append(pose)

@@ -98,6 +98,13 @@ class Counterweight:
         return 0.0 if self.density is None else self.mean_density / self.density
 
     @property
+    def moments(self) -> Array:
+        """Pseudo-inertia ``∫ [x; 1][x; 1]ᵀ dm`` (4, 4) in the link frame, SI units."""
+        P = self.mass * np.outer(np.append(self.com, 1.0), np.append(self.com, 1.0))
+        P[:3, :3] += 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
+        return P
+
+    @property
     def volumes(self) -> dict[str, float]:
         """Volume by name of the metal, m³."""
         return {name: self.mass / density for name, density in DENSITIES.items()}

@@ -63,6 +63,8 @@ class PartialBalance(WithPage, WithPicture):
         z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
         moved: mass taken from links whose matter may be moved, kg, by name; at least as much is
             among ``weights``.
+        shape: shape of the counterweights, such as ``disc=0.02``; None if they have any.
+        least_objective: the least objective of matter of any shape; None without a shape.
     """
 
     page_maker = "partial_balance:partial_balance_page"
@@ -84,6 +86,8 @@ class PartialBalance(WithPage, WithPicture):
     weights: tuple[Counterweight, ...] = ()
     z: Array | None = None
     moved: Mapping[str, float] = field(default_factory=dict)
+    shape: str | None = None
+    least_objective: float | None = None
 
     @property
     def front(self) -> ParetoFront:
@@ -174,6 +178,8 @@ class PartialBalance(WithPage, WithPicture):
             "mass": self.mass,
             "moved": dict(self.moved),
             "bound": self.bound,
+            "shape": self.shape,
+            "least_objective": self.least_objective,
             "found": self.shaking._asdict() if self.shaking else None,
             "weights": [weight.to_dict() for weight in self.weights],
             "sentence": self.sentence,

@@ -40,6 +40,7 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
     if best.shaking is not None:
         pairs += _shaking_facts(front, best, best.shaking)
         pairs += moved_facts(best.moved)
+        pairs += _shape_facts(front, best)
         pairs += [*density_facts(best.weights), *_room_facts(best), *_drives(best)]
     return pairs
 
@@ -75,6 +76,19 @@ def _shaking_facts(
     return pairs
 
 
+def _shape_facts(front: ParetoFront, best: PartialBalance) -> list[tuple[str, str]]:
+    """Say what the shape of counterweights leaves beside matter of any shape."""
+    if best.shape is None or best.least_objective is None:
+        return []
+    given = best.given.objective or 1.0
+    least = size_text(best.least_objective / given, ".3g", floor=SHAKING_GAP_PROVED)
+    left = size_text(best.share, ".3g", floor=SHAKING_GAP_PROVED)
+    text = (
+        f"{best.shape} leaves {left} of the {front.objective}, where any shape leaves {least}"
+    )
+    return [("shape", text)]
+
+
 def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
     """Say that the room of the regions, not the budget, limits what is left to shake."""
     full = best.mass >= USED * best.budget
@@ -94,7 +108,8 @@ def _growth_text(front: ParetoFront, part: str) -> str:
     elif front.minimise in ("torque", "bearing"):
         ways.append(f"--minimise rms counts force and moment, not the {front.objective}")
     elif best.space.balance == "force":
-        ways.append("--balance dynamic lets moments count")
+        shaped = "" if best.shape is None else "without --shape, "
+        ways.append(f"{shaped}--balance dynamic lets moments count")
     else:
         change = "less" if part == "moment" else "more"
         ways.append(
@@ -185,5 +200,6 @@ def front_body(front: ParetoFront) -> AnswerBody:
     best = front.designs[-1]
     if best.weights:
         rows = counterweight_rows(best.weights, best.regions, digits=DIGITS, nothing="none")
-        body += ["", AnswerTable(rows), *part_lines(best.weights, "about ")]
+        how = "about " if best.shape is None else ""
+        body += ["", AnswerTable(rows), *part_lines(best.weights, how)]
     return body

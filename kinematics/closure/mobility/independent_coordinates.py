@@ -88,7 +88,7 @@ def _candidate_inputs(draft: UnassembledLinkage, rest: Array) -> list[int]:
 
     Any joint whose remaining freedom is at least a third of the largest is well enough
     conditioned; joints with actuators come before others, joints on the ground before those
-    between links that move, joints of the tree before those of loops, earlier ones before later.
+    between moving links, joints of the tree before those of loops, earlier ones before later.
     """
     sizes = np.linalg.norm(rest, axis=1)
     least = (1.0 - TIE_RELATIVE) * sizes.max(initial=0.0) / 3.0

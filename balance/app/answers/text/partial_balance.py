@@ -9,6 +9,7 @@ from math import inf
 
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.counterweights import (
+    FRAMES,
     counterweight_rows,
     density_facts,
     moved_facts,
@@ -41,7 +42,8 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
         pairs += _shaking_facts(front, best, best.shaking)
         pairs += moved_facts(best.moved)
         pairs += _shape_facts(front, best)
-        pairs += [*density_facts(best.weights), *_room_facts(best), *_drives(best)]
+        room = _room_facts(best) if len(front.designs) == 1 else _filled_facts(best)
+        pairs += [*density_facts(best.weights), *room, *_drives(best)]
     return pairs
 
 
@@ -96,6 +98,25 @@ def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
         return []
     used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
     return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]
+
+
+def _filled_facts(best: PartialBalance) -> list[tuple[str, str]]:
+    """Say how much of each region the last design of a front fills."""
+    parts = [
+        f"{number_text(100.0 * share, '.3g')} % of {best.regions[link].words} of {link}"
+        for link, share in _filled(best).items()
+    ]
+    text = f"the last design fills {', '.join(parts)}; --region L=SHAPE sets the room"
+    return [("room", text)] if parts else []
+
+
+def _filled(design: PartialBalance) -> dict[str, float]:
+    """Compute the part of the region of each link that matter of limited density fills."""
+    return {
+        weight.link: weight.mass / (weight.density * design.regions[weight.link].volume)
+        for weight in design.weights
+        if weight.density is not None
+    }
 
 
 def _growth_text(front: ParetoFront, part: str) -> str:
@@ -162,7 +183,10 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
 
 
 def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
-    """Build the table of designs, its head first."""
+    """Build the table of designs, its head first.
+
+    The room that is filled is that of the region with most matter; a dash stands for none.
+    """
     unit = "N" if front.frame is None else "m"
     if front.minimise == "torque":
         unit = "N m"
@@ -175,12 +199,13 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
         "force (N rms)",
         "moment (N m rms)",
         f"peak torque ({torque_unit})",
+        "room filled (%)",
         "verdict",
     )
     rows: list[tuple[str, ...]] = [head]
     for design in front.designs:
         if design.shaking is None:
-            rows.append((number_text(design.budget, FORM), *[MISSING] * 4, design.verdict))
+            rows.append((number_text(design.budget, FORM), *[MISSING] * 5, design.verdict))
             continue
         given, torque = design.given, max(design.shaking.torque.values(), default=0.0)
         loads = (
@@ -188,7 +213,9 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
             for name in ("objective", "force", "moment")
         )
         mass, torque_text = (number_text(x, FORM) for x in (design.mass, torque))
-        rows.append((mass, *loads, torque_text, design.verdict))
+        filled = max(_filled(design).values(), default=0.0)
+        room = number_text(100.0 * filled, ".3g") if filled else MISSING
+        rows.append((mass, *loads, torque_text, room, design.verdict))
     return rows
 
 
@@ -201,5 +228,6 @@ def front_body(front: ParetoFront) -> AnswerBody:
     if best.weights:
         rows = counterweight_rows(best.weights, best.regions, digits=DIGITS, nothing="none")
         how = "about " if best.shape is None else ""
-        body += ["", AnswerTable(rows), *part_lines(best.weights, how)]
+        lines = part_lines(best.weights, how)
+        body += ["", AnswerTable(rows), *lines, *[FRAMES] * bool(lines)]
     return body

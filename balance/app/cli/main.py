@@ -280,11 +280,12 @@ def _print(answer: Answer, as_json: bool, short: bool) -> None:
         as_json: whether it is printed as JSON.
         short: whether notices on the file are printed in short form.
     """
-    for notice in answer.notices:
-        if short:
-            from balance.app.cli.short_notices import short_notice
+    notices = answer.notices
+    if short and notices:
+        from balance.app.cli.short_notices import short_notice
 
-            notice = short_notice(notice)
+        notices = [short_notice(notice) for notice in notices]
+    for notice in notices:
         logging.warning("%s: %s", notice.code, notice.message)
     if answer.remark:
         logging.warning(answer.remark)

@@ -104,7 +104,7 @@ def _with_holders(
     each = list(holders.values())
     T = _coordinates(program, each, unit)
     x, bound, price = _solve(program, each, T, budget / unit, None)
-    if price * budget / unit <= PRICE_ZERO:
+    if price <= PRICE_ZERO:
         limit = loosened_limit(program.value(T @ x.reshape(-1)) / program.scale)
         x = _solve(program, each, T, budget / unit, limit)[0]
     total = float(x[:, MASS].sum())
@@ -115,6 +115,8 @@ def _with_holders(
             centre = space.length * row[X : Y + 1] / row[MASS]
             stock = holder.fill(share * unit * float(row[MASS]), centre)
             weights[b] = filled_counterweight(space.bodies[b], stock, WHOLE, fill(stock, WHOLE))
+    if not all(holders[b].holds(weight.region) for b, weight in weights.items()):
+        weights = {}
     return _answer(program, weights, program.scale * bound)
 
 
@@ -148,7 +150,7 @@ def _solve(
         room: most mass, over the unit of mass.
 
     Returns:
-        The variables (links, 7); the value of the dual; and the price of the budget.
+        The variables (links, 7); the value of the dual; and the price of the whole budget.
     """
     n = len(holders)
     mass = np.zeros((n, COUNT))

@@ -147,12 +147,7 @@ def counterweights(
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
-    clash = (
-        "shapes are found for the least mass, and have their thickness: leave out the rest"
-        if minimise != "mass" or thickness is not None
-        else ""
-    )
-    choices = wanted_shapes(shape, asked, density, move, clash)
+    choices = wanted_shapes(shape, asked, density, move, _clash(minimise, thickness))
     moved = moved_links(asked, body_regions, move)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
@@ -183,6 +178,13 @@ def counterweights(
     if isinstance(asked, RequiredSpace) and len(asked.regions) > 1 and not limits:
         words = f"{words}; {_contradiction(asked, body_regions)}"
     return replace(answer, words=words)
+
+
+def _clash(minimise: AddedObjective, thickness: float | None) -> str:
+    """Say what of a request does not go with a shape; empty if all does."""
+    if minimise == "mass" and thickness is None:
+        return ""
+    return "shapes are found for the least mass, and have their thickness: leave out the rest"
 
 
 def _contradiction(space: RequiredSpace, regions: Mapping[int, Region]) -> str:

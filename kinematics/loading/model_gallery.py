@@ -166,7 +166,7 @@ def load(
         loops: path of a YAML file with the loops; by default ``<loop>`` elements of the URDF
             file, or a YAML file beside a file on disk, with the same stem.
         inputs: names of joints to use as independent coordinates; by default a
-            well-conditioned set is chosen.
+            well-conditioned set is chosen, of joints on the base first.
         fix_base: change the floating joint of a base into a fixed one; other bodies that float
             keep six freedoms.
         bodies: ``"given"``: links with mass or inertia in the file carry parameters;

@@ -11,7 +11,6 @@ from balance.app.cli.density_options import (
     add_density_options,
     check_density_options,
     densities_of,
-    without_density,
 )
 from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.matter_options import (
@@ -51,7 +50,7 @@ from balance.app.cli.requirement_options import (
     add_requirement_options,
     check_requirement_options,
 )
-from kinematics.errors import UsageError
+from balance.app.cli.shape_option import add_shape_option, check_shape_option
 
 if TYPE_CHECKING:
     from balance.masses.counterweights.counterweights_result import Counterweights
@@ -97,12 +96,7 @@ def add_counterweights(parser: Parser) -> None:
     add_move_option(parser)
     add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage", points=True)
-    parser.group("matter").add_argument(
-        "--shape",
-        type=_shape,
-        metavar="KIND=METRES",
-        help="disc, block, sector (thickness), cylinder (radius)",
-    )
+    add_shape_option(parser, "disc, block, sector (thickness), cylinder (radius)")
     add_out_option(parser)
     add_merge_option(parser)
     add_parts_option(parser)
@@ -209,20 +203,9 @@ def _check_objective(arguments: argparse.Namespace) -> None:
     if price is not None and price < 0.0:
         arguments.refuse(f"--price-of-mass {price:g}: a price is not negative")
     check_density_options(arguments)
-    if arguments.shape and arguments.move:
-        arguments.refuse("--shape is for added matter: leave out --move")
-    if arguments.shape and without_density(arguments):
-        arguments.refuse("--shape: point masses have none; leave out --points")
-    if arguments.shape and (objective != "mass" or arguments.thickness is not None):
-        arguments.refuse("--shape has its thickness, for the least mass: leave out the rest")
-
-
-def _shape(text: str) -> str:
-    """Check the text of a shape."""
-    from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes
-
-    try:
-        read_weight_shapes(text)
-    except UsageError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-    return text
+    check_shape_option(
+        arguments,
+        "--shape has its thickness, for the least mass: leave out the rest"
+        if objective != "mass" or arguments.thickness is not None
+        else "",
+    )

@@ -176,7 +176,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
         with memory_notice():
             answer: Answer = arguments.run(arguments)
         write_outputs(arguments, answer)
-        _print(answer, arguments.json)
+        _print(answer, arguments.json, short=_program(words) != "balance report")
         return answer.code
     except SystemExit as stop:
         return int(stop.code or 0)
@@ -272,9 +272,20 @@ def command_parser(words: Collection[str]) -> argparse.ArgumentParser:
     return parser
 
 
-def _print(answer: Answer, as_json: bool) -> None:
-    """Print the notices of a command on standard error, and its answer."""
-    for notice in answer.notices:
+def _print(answer: Answer, as_json: bool, short: bool) -> None:
+    """Print the notices of a command on standard error, and its answer.
+
+    Args:
+        answer: the answer.
+        as_json: whether it is printed as JSON.
+        short: whether notices on the file are printed in short form.
+    """
+    notices = answer.notices
+    if short and notices:
+        from balance.app.cli.short_notices import short_notice
+
+        notices = [short_notice(notice) for notice in notices]
+    for notice in notices:
         logging.warning("%s: %s", notice.code, notice.message)
     if answer.remark:
         logging.warning(answer.remark)

@@ -12,7 +12,6 @@ from kinematics.wording import number_text
 UNKNOWN = {
     "--minimise": 1,
     "--price-of-mass": 1,
-    "--shape": 1,
     "--max-order": 1,
     "--spatial": 0,
     "--keep": 1,
@@ -31,6 +30,7 @@ OF_MOTIONS = {
     "--speed": 1,
     "--density": 1,
     "--points": 0,
+    "--shape": 1,
     "--parts": 1,
     "--html": 1,
 }

@@ -55,6 +55,7 @@ from balance.app.cli.requirement_options import (
     add_requirement_options,
     check_requirement_options,
 )
+from balance.app.cli.shape_option import add_shape_option, check_shape_option
 
 if TYPE_CHECKING:
     from balance.masses.partial_balance.elastic_frame import ElasticFrame
@@ -69,14 +70,13 @@ if TYPE_CHECKING:
 MOST_BUDGET = 1e9
 # Options on the shaking along motions, and on what is made of it.
 OF_MOTIONS = (
-    *("csv", "tool_path", "speed", "about", "density", "thickness", "points", "minimise"),
+    *("csv", "tool_path", "speed", "about", "density", "thickness", "points", "shape"),
+    *("minimise",),
     *("move", "pareto", "weight_moment", "max_bearing", "max_torque", "frame", "parts"),
     *("plot", "html"),
 )
 # What to write in place of options of `balance counterweights`.
 ELSEWHERE = {
-    "--shape": "of balance counterweights alone; here --region L=cylinder(…) says where matter "
-    "may be, and --thickness makes it plates",
     "--max-order": "of balance counterweights alone; here the motions of --csv, --tool-path or "
     "--speed count",
     "--price-of-mass": "of balance counterweights alone; here --budget limits the mass",
@@ -99,6 +99,7 @@ def add_reduce(parser: Parser) -> None:
     add_move_option(parser)
     add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage", points=True)
+    add_shape_option(parser, "disc, block, sector, cylinder (--balance force)")
     _add_least_options(parser)
     parser.elsewhere |= ELSEWHERE
     add_out_option(parser)
@@ -143,9 +144,9 @@ def _add_least_options(parser: Parser) -> None:
         type=_cap("force"),
         default=[],
         metavar="JOINT=N",
-        help="largest force in a joint; repeatable",
+        help="largest force; --max-torque JOINT=NM of a drive",
     )
-    group.add_argument(
+    torque = group.add_argument(
         "--max-torque",
         action="append",
         type=_cap("torque", "force"),
@@ -153,6 +154,7 @@ def _add_least_options(parser: Parser) -> None:
         metavar="JOINT=NM",
         help="largest drive torque of an input; repeatable",
     )
+    torque.told_beside = True  # type: ignore[attr-defined]
     group.add_argument(
         "--frame",
         type=_frame,
@@ -173,6 +175,7 @@ def _check_options(arguments: argparse.Namespace) -> None:
     require_links(arguments)
     check_density_options(arguments)
     check_parts_options(arguments)
+    check_shape_option(arguments, _clash_of_shape(arguments))
     if arguments.payload is not None and arguments.merge:
         arguments.refuse("--merge does not go with --payload, which no file holds")
     if arguments.budget is None and arguments.pareto is None:
@@ -193,6 +196,24 @@ def _check_options(arguments: argparse.Namespace) -> None:
         names = [name for name, _ in caps]
         if len(set(names)) < len(names):
             arguments.refuse(f"{flag}: one joint has two caps")
+
+
+def _clash_of_shape(arguments: argparse.Namespace) -> str:
+    """Say which options, for loads that feel moments of inertia, do not go with a shape."""
+    given = {
+        "--max-bearing": arguments.max_bearing,
+        "--max-torque": arguments.max_torque,
+        "--frame": arguments.frame,
+        "--minimise torque": arguments.minimise == "torque",
+        "--minimise bearing": arguments.minimise == "bearing",
+    }
+    names = [name for name, value in given.items() if value]
+    if arguments.thickness is not None:
+        return "--shape has its thickness: leave out --thickness"
+    if names:
+        others = ", ".join(names)
+        return f"--shape is for the shaking force alone: leave out {others}, or the shape"
+    return ""
 
 
 def _check_requirements(arguments: argparse.Namespace) -> None:
@@ -312,6 +333,7 @@ def _front(
             "thickness": arguments.thickness,
             "minimise": arguments.minimise or OBJECTIVES[0],
             "move": dict(arguments.move),
+            "shape": arguments.shape,
             "density": densities_of(arguments, names_of_links(space, arguments.links)),
         }
         links, given = arguments.links, ShakingOptions(**options)

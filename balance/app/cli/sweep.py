@@ -27,6 +27,11 @@ MAX_ROWS = 100_000
 # Largest number of a row.
 MAX_ROW = 10**12
 EXPORTS = (".csv", ".xlsx", ".parquet", ".urdf")
+# Help of a study: the least that is one.
+STUDY = (
+    'the study, such as these lines: [model], file = "robot.urdf", [parameters], '
+    'q4.origin.x = "0.9:1.2:7", [compute], quantities = ["rank", "design"]'
+)
 
 
 def add_sweep(parser: Parser) -> None:
@@ -48,7 +53,7 @@ def _add_run(kinds: Verbs) -> None:
         help="compute a study",
         description="Computes a study. Results that were written stay, however the run ends.",
     )
-    parser.add_argument("study", metavar="STUDY.toml", help="the study")
+    parser.add_argument("study", metavar="STUDY.toml", help=STUDY)
     parser.add_argument(
         "--out",
         metavar="FILE.db",

@@ -12,6 +12,7 @@ from balance.masses.counterweights.lumps import Lumps
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.space.inertial_parameters.conversions import mass_properties
+from balance.support.mass_table import MassTable, mass_table
 from balance.support.materials import MATERIALS
 from balance.support.tolerances import PLACED_AS_TAKEN
 from kinematics.model.arrays import freeze
@@ -98,6 +99,13 @@ class Counterweight:
         return 0.0 if self.density is None else self.mean_density / self.density
 
     @property
+    def moments(self) -> Array:
+        """Pseudo-inertia ``∫ [x; 1][x; 1]ᵀ dm`` (4, 4) in the link frame, SI units."""
+        P = self.mass * np.outer(np.append(self.com, 1.0), np.append(self.com, 1.0))
+        P[:3, :3] += 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
+        return P
+
+    @property
     def volumes(self) -> dict[str, float]:
         """Volume by name of the metal, m³."""
         return {name: self.mass / density for name, density in DENSITIES.items()}
@@ -167,6 +175,11 @@ def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -
         freeze(Q / np.abs(Q).max()),
         stock.density,
     )
+
+
+def added_mass_table(weights: Sequence[Counterweight], length: float) -> MassTable:
+    """Make the table of counterweights; see `balance.support.mass_table.mass_table`."""
+    return mass_table(((each.link, each.mass, each.com) for each in weights), length)
 
 
 def net_mass(weights: Sequence[Counterweight], moved: Mapping[str, float]) -> float:

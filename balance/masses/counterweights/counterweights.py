@@ -15,10 +15,7 @@ from balance.masses.counterweights.link_regions import ALL, default_region, regi
 from balance.masses.counterweights.moved_matter import moved_links
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
-from balance.masses.counterweights.shaped.weight_shape import (
-    WeightShape,
-    read_weight_shapes,
-)
+from balance.masses.counterweights.shaped.weight_shape import wanted_shapes
 from balance.masses.counterweights.volume.decide_filled import balancing_mass, decide_filled
 from balance.masses.counterweights.volume.plates import (
     density_limits,
@@ -150,7 +147,7 @@ def counterweights(
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
-    choices = _wanted_shapes(asked, shape, minimise, density, thickness, move)
+    choices = wanted_shapes(shape, asked, density, move, _clash(minimise, thickness))
     moved = moved_links(asked, body_regions, move)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
@@ -183,6 +180,13 @@ def counterweights(
     return replace(answer, words=words)
 
 
+def _clash(minimise: AddedObjective, thickness: float | None) -> str:
+    """Say what of a request does not go with a shape; empty if all does."""
+    if minimise == "mass" and thickness is None:
+        return ""
+    return "shapes are found for the least mass, and have their thickness: leave out the rest"
+
+
 def _contradiction(space: RequiredSpace, regions: Mapping[int, Region]) -> str:
     """Name the requirements that no matter in the regions meets: one alone, or two."""
 
@@ -196,36 +200,6 @@ def _contradiction(space: RequiredSpace, regions: Mapping[int, Region]) -> str:
         return decide(some, regions).verdict == "infeasible"
 
     return contradiction_words(contradiction(space.texts, excluded), "counterweight")
-
-
-def _wanted_shapes(
-    space: DesignSpace,
-    shape: str | None,
-    minimise: AddedObjective,
-    density: Density,
-    thickness: float | None,
-    move: Mapping[str, float] | None,
-) -> tuple[WeightShape, ...]:
-    """Read a shape in its sizes, and check that what else is asked for goes with it."""
-    if shape is None:
-        return ()
-    choices = read_weight_shapes(shape)
-    if move:
-        raise UsageError("shapes are found for added matter: leave out what is to be moved")
-    if density is None:
-        raise UsageError(
-            f"shape {shape} has a volume, and point masses have none: give a density"
-        )
-    if minimise != "mass" or thickness is not None:
-        raise UsageError(
-            "shapes are found for the least mass, and have their thickness: leave out the rest"
-        )
-    if not space.planar or space.balance != "force":
-        raise UsageError(
-            "shapes are found for the forces of planar linkages: ask for force balance "
-            "(--balance force), or leave out the shape"
-        )
-    return choices
 
 
 def _single_relaxations(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from balance.masses.counterweights.added_program import AddedObjective
 from balance.masses.counterweights.counterweight import (
     Counterweight,
+    added_mass_table,
     change_words,
     moved_text,
     net_mass,
@@ -24,6 +25,7 @@ from balance.masses.designs.feasibility import Verdict
 from balance.space.inertial_parameters.conversions import LABELS, PLANAR_LABELS
 from balance.space.spaces.design_space import DesignSpace, balanced_text
 from balance.support.change_text import mass_added_text
+from balance.support.mass_table import MassTable
 from balance.support.result_files import WithPage, WithPicture
 from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, repr_lines
@@ -246,6 +248,22 @@ class Counterweights(WithPage, WithPicture):
             FileError: the linkage has no file, or the new one cannot be written.
         """
         return counterweights_file(self, path, merge)
+
+    def to_table(self) -> MassTable:
+        """Return mass, g, and centre of mass in the link frame, mm, of each counterweight.
+
+        Returns:
+            Rows ``link, mass, x, y, z``, which are printed as a table; none
+            if there is no answer.
+
+        Example:
+            >>> import balance
+            >>> links = ["crank", "rocker"]
+            >>> given = balance.counterweights("robot.urdf", links, balance="force")
+            >>> [row.link for row in given.to_table()]
+            ['crank', 'rocker']
+        """
+        return added_mass_table(self.weights, self.space.length)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/counterweights.schema.json``."""

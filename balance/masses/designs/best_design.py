@@ -36,6 +36,7 @@ from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.requirements.required_space import RequiredSpace, space_of
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.mass_table import MassTable, mass_table
 from balance.support.materials import Density, density_in_si
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture, write_file
@@ -191,6 +192,11 @@ class Design(WithPage, WithPicture):
             if body.name not in self.keep and body.urdf
         }
         return write_file(path, replace_inertials(self.space.linkage, elements))
+
+    def to_table(self) -> MassTable:
+        """Return mass, g, and centre of mass in the link frame, mm, of each body."""
+        rows = ((body.name, body.mass, body.link_com) for body in self.bodies)
+        return mass_table(rows, self.space.length)
 
     def to_dict(self) -> dict[str, object]:
         """Return the design as plain data for JSON; see ``schemas/design.schema.json``."""

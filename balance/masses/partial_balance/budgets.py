@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from balance.masses.counterweights.counterweight import moved_text, net_mass
 from balance.masses.counterweights.moved_matter import moved_masses
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.shaped.weight_shape import shape_text, shapes_in_words
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial_balance.added_weights import (
@@ -80,6 +81,7 @@ def partial(
     thickness: float | None = None,
     minimise: PartialObjective = "rms",
     move: Mapping[str, float] | None = None,
+    shape: str | None = None,
 ) -> PartialBalance:
     """Compute the matter within a budget that lets a linkage shake least along motions.
 
@@ -122,6 +124,9 @@ def partial(
         move: links whose given matter may be moved, with the largest share of it, by name; see
             `balance.counterweights`. The budget is the mass that the linkage gains, which may
             then be 0.
+        shape: each counterweight is a disc, block, cylinder or sector, ``disc=0.02``; see
+            `balance.counterweights`. It goes with force balance of planar linkages, and the
+            rms, peak or harmonics: moments of inertia of shapes are no convex set.
 
     Returns:
         The matter, what the linkage does with it, and the proof that nothing does better.
@@ -153,6 +158,7 @@ def partial(
         thickness,
         minimise,
         move,
+        shape,
     )
     return single(asked, links, read_budget(budget), options).designs[0]
 
@@ -199,6 +205,7 @@ def pareto(
     thickness: float | None = None,
     minimise: PartialObjective = "rms",
     move: Mapping[str, float] | None = None,
+    shape: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ParetoFront:
     """Compute designs between nothing added and the least shaking.
@@ -227,6 +234,7 @@ def pareto(
         thickness: of plates, metres.
         minimise: see `partial`.
         move: shares of given masses that may be moved, by link.
+        shape: of each counterweight, such as ``disc=0.02``.
         progress: called with the number of steps done and the number of all steps.
 
     Returns:
@@ -267,6 +275,7 @@ def pareto(
         thickness,
         minimise,
         move,
+        shape,
     )
     problem = build_problem(computed_space, links, options, advance)
     most, end = _largest_budget(problem, most_added)
@@ -350,7 +359,9 @@ def _result(
     gap = (best.value - best.bound) / problem.program.scale
     taken = problem.program.taken
     placed = best.s + removed_by(problem.program, best.shares)
-    if problem.program.stocks:
+    if problem.shapes:
+        weights = best.weights
+    elif problem.program.stocks:
         weights = filled_counterweights_at(problem.space, problem.program, best.forms, placed)
     else:
         weights = counterweights_at(problem.space, problem.matter, placed)
@@ -367,7 +378,7 @@ def _result(
         text = "optimal: the masses in the file are balanced, and nothing is added"
         verdict: PartialVerdict = "optimal"
     elif gap <= (FILLING_GAP_PROVED if problem.program.stocks else SHAKING_GAP_PROVED):
-        text = f"optimal: {mass_text} leave {what}, and nothing in the regions does better"
+        text = f"optimal: {mass_text} leave {what}, and {_others(problem)} better"
         verdict = "optimal"
     else:
         text = f"undecided: {mass_text} leave {what}; {gap:.1e} of it may be saved"
@@ -380,10 +391,18 @@ def _result(
         _without_design(problem, budget, given, verdict, text),
         shaking=figures,
         bound=best.bound,
+        least_objective=best.any_shape,
         weights=weights,
         z=freeze(problem.matter.parameters(best.s)),
         moved=moved,
     )
+
+
+def _others(problem: ShakingProblem) -> str:
+    """Say what else was compared, with its verb."""
+    if not problem.shapes:
+        return "nothing in the regions does"
+    return f"no {shapes_in_words(problem.shapes)} in the regions do"
 
 
 def _conflict(
@@ -421,4 +440,5 @@ def _without_design(
         problem.frame,
         problem.minimise,
         {bodies[b]: region for b, region in regions.items()},
+        shape=shape_text(problem.shapes) if problem.shapes else None,
     )

@@ -44,6 +44,7 @@ from balance.masses.counterweights.added_matter import (
     mixture_cone,
     moment_cone,
 )
+from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.cylinder_points import first_points
 from balance.masses.counterweights.moved_matter import PRICE_OF_MOVING, shifted
 from balance.masses.counterweights.quadratic_minimum import minimise_in_region
@@ -93,6 +94,8 @@ class LeastShaking(NamedTuple):
         shares: share of the given mass that is taken from each link (links,).
         forms: for matter of limited density, matrices (links, 4, 4) in unit coordinates that
             are positive about where it is; empty otherwise.
+        weights: counterweights of a shape; empty for matter of any shape.
+        any_shape: value of the minimiser of any shape; None if that is it.
     """
 
     s: Array
@@ -101,6 +104,8 @@ class LeastShaking(NamedTuple):
     rounds: int
     shares: Array
     forms: Array = NO_FORMS
+    weights: tuple[Counterweight, ...] = ()
+    any_shape: float | None = None
 
 
 class CapsConflict(NamedTuple):
@@ -337,7 +342,7 @@ class _Work:
         else:
             q = self.program.matter.masses @ T / self.unit
             q[last] += PRICE_OF_MOVING * taken.masses[taken.links]
-            offset[at] = _loosened(limit / self.scale)
+            offset[at] = loosened_limit(limit / self.scale)
         solution = solve_conic(q, rows, offset, parts)
         if limit is None or self.parts:
             self._read_multipliers(solution.dual[len(cone_rows) :], limit is not None)
@@ -358,12 +363,12 @@ class _Work:
         """Build rows and constants of the budget, the load and the caps, and their cones."""
         mass = self.program.matter.masses @ T
         blocks = [(-mass[None] / self.room, np.array([self.budget / self.room]))]
-        blocks += [_bounded(A / self.scale, 0.0, T) for A in self.blocks]
+        blocks += [bounded_rows(A / self.scale, 0.0, T) for A in self.blocks]
         parts = [ConstraintBlock("nonnegative", 1)]
         parts += [ConstraintBlock("second_order", len(A) + 1) for A in self.blocks]
         for cap, chosen in zip(self.program.caps, self.active, strict=True):
             for columns in cap.columns[chosen] / cap.most:
-                blocks.append(_bounded(columns, 1.0, T))
+                blocks.append(bounded_rows(columns, 1.0, T))
                 parts.append(ConstraintBlock("second_order", len(columns) + 1))
         return blocks, parts
 
@@ -392,13 +397,13 @@ class _Work:
             at += multipliers.size
 
 
-def _bounded(columns: Array, most: float, T: Array) -> tuple[Array, Array]:
+def bounded_rows(columns: Array, most: float, T: Array) -> tuple[Array, Array]:
     """Build rows and constants of ``|columns [s; 1]| ≤ most`` with ``s = T v``."""
     rows = np.vstack([np.zeros(T.shape[1]), columns[:, :-1] @ T])
     return rows, np.append(most, columns[:, -1])
 
 
-def _loosened(limit: float) -> float:
+def loosened_limit(limit: float) -> float:
     """Loosen a limit on a relative load by what the solver leaves open."""
     return limit * (1.0 + LEAST_SHAKING_GAP) + 2.0 * SOLVER_RESIDUAL
 

@@ -8,7 +8,12 @@ from math import isfinite
 from os import PathLike
 from typing import Literal
 
-from balance.masses.counterweights.counterweight import Counterweight, moved_text, net_mass
+from balance.masses.counterweights.counterweight import (
+    Counterweight,
+    added_mass_table,
+    moved_text,
+    net_mass,
+)
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
 from balance.masses.designs.pseudo_inertia_cone import bodies_with
@@ -27,6 +32,7 @@ from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.change_text import change_text, mass_added_text
+from balance.support.mass_table import MassTable
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import Notice
@@ -63,6 +69,8 @@ class PartialBalance(WithPage, WithPicture):
         z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
         moved: mass taken from links whose matter may be moved, kg, by name; at least as much is
             among ``weights``.
+        shape: shape of the counterweights, such as ``disc=0.02``; None if they have any.
+        least_objective: the least objective of matter of any shape; None without a shape.
     """
 
     page_maker = "partial_balance:partial_balance_page"
@@ -84,6 +92,8 @@ class PartialBalance(WithPage, WithPicture):
     weights: tuple[Counterweight, ...] = ()
     z: Array | None = None
     moved: Mapping[str, float] = field(default_factory=dict)
+    shape: str | None = None
+    least_objective: float | None = None
 
     @property
     def front(self) -> ParetoFront:
@@ -165,6 +175,21 @@ class PartialBalance(WithPage, WithPicture):
         """
         return counterweights_file(self, path, merge)
 
+    def to_table(self) -> MassTable:
+        """Return mass, g, and centre of mass in the link frame, mm, of each counterweight.
+
+        Returns:
+            Rows ``link, mass, x, y, z``, which are printed as a table; none
+            without a design.
+
+        Example:
+            >>> import balance
+            >>> least = balance.partial("robot.urdf", ["crank"], 0.2)
+            >>> [row.link for row in least.to_table()]
+            ['crank']
+        """
+        return added_mass_table(self.weights, self.space.length)
+
     def to_dict(self) -> dict[str, object]:
         """Return a design as plain data for JSON."""
         return {
@@ -174,6 +199,8 @@ class PartialBalance(WithPage, WithPicture):
             "mass": self.mass,
             "moved": dict(self.moved),
             "bound": self.bound,
+            "shape": self.shape,
+            "least_objective": self.least_objective,
             "found": self.shaking._asdict() if self.shaking else None,
             "weights": [weight.to_dict() for weight in self.weights],
             "sentence": self.sentence,
@@ -224,6 +251,10 @@ class ParetoFront(WithPage, WithPicture):
             FileError: the linkage has no file, or the new one cannot be written.
         """
         return self.designs[-1].to_urdf(path, merge=merge)
+
+    def to_table(self) -> MassTable:
+        """Return the matter of the largest budget; see `PartialBalance.to_table`."""
+        return self.designs[-1].to_table()
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/reduce.schema.json``."""

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.moved_matter import moved_links, taken_from
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.shaped.weight_shape import WeightShape, wanted_shapes
 from balance.masses.counterweights.volume.plates import density_limits, stocks_of
 from balance.masses.partial_balance.elastic_frame import ElasticFrame, vibration
 from balance.masses.partial_balance.least_shaking import (
@@ -33,6 +34,7 @@ from balance.masses.partial_balance.shaking_objectives import (
     objective_in_words,
 )
 from balance.masses.partial_balance.shaking_program import NO_SAMPLES, Cap, ShakingProgram
+from balance.masses.partial_balance.shaped_shaking import least_shaped_shaking
 from balance.motion.verification.given_motions import Motions, read_motions
 from balance.motion.verification.load_errors import load_errors
 from balance.motion.verification.trajectory import Trajectory, random_motions
@@ -66,6 +68,7 @@ class ShakingOptions:
         thickness: that of plates of added matter, m.
         minimise: the objective; see `PartialObjective`.
         move: largest share of the given mass of links that may be moved, by name.
+        shape: shape of the counterweights, such as ``disc=0.02``; see `partial`.
     """
 
     regions: Mapping[str, Region | str] | None = None
@@ -79,6 +82,7 @@ class ShakingOptions:
     thickness: float | None = None
     minimise: PartialObjective = "rms"
     move: Mapping[str, float] | None = None
+    shape: str | None = None
 
 
 class ShakingFigures(NamedTuple):
@@ -124,6 +128,8 @@ class ShakingProblem:
         weight_moment: metres; see `ShakingOptions`.
         frame: the elastic frame, if there is one.
         point: point of the inertial frame that moments are about (3,), metres.
+        minimise: see `ShakingOptions`.
+        shapes: the shape of the counterweights in its sizes; empty for matter of any shape.
     """
 
     space: DesignSpace
@@ -135,6 +141,7 @@ class ShakingProblem:
     frame: ElasticFrame | None
     point: Array
     minimise: PartialObjective = "rms"
+    shapes: tuple[WeightShape, ...] = ()
 
     @property
     def objective(self) -> str:
@@ -162,6 +169,10 @@ class ShakingProblem:
         none = np.zeros(len(self.matter.regions))
         if room > 0.0 and (over or not self.program.balanced):
             answer = least_shaking(self.program, budget)
+            if self.shapes and isinstance(answer, LeastShaking):
+                return least_shaped_shaking(
+                    self.space, self.program, self.shapes, budget, answer
+                )
             if over or isinstance(answer, CapsConflict) or answer.value <= value:
                 return answer
             bound = min(answer.bound, value)
@@ -258,6 +269,7 @@ def build_problem(
     chosen = regions_of(space, links, options.regions or {})
     limits = density_limits(space, chosen, options.density, options.thickness)
     stocks = stocks_of(space, chosen, limits) if limits else {}
+    shapes = _wanted_shapes(space, options)
     chosen = {b: stocks[b].region if stocks else region for b, region in chosen.items()}
     weight = _weight_of_moments(space, options.weight_moment)
     _check_caps(space, max_bearing, max_torque)
@@ -298,7 +310,22 @@ def build_problem(
         frame,
         freeze(point),
         options.minimise,
+        shapes,
     )
+
+
+def _wanted_shapes(space: DesignSpace, options: ShakingOptions) -> tuple[WeightShape, ...]:
+    """Read a shape, which goes with the shaking force alone; see `partial`."""
+    feels_inertia = options.frame or options.max_bearing or options.max_torque
+    clash = ""
+    if options.thickness is not None:
+        clash = "shapes have their thickness: leave out that of plates"
+    elif feels_inertia or options.minimise in ("torque", "bearing"):
+        clash = (
+            "shapes are found for the shaking force, of which the program is convex: leave out "
+            "torques, bearing forces and the frame, which feel moments of inertia, or the shape"
+        )
+    return wanted_shapes(options.shape, space, options.density, options.move, clash)
 
 
 def _weight_of_moments(space: DesignSpace, weight: float | None) -> float:

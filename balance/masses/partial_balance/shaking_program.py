@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -79,6 +79,26 @@ class ShakingProgram:
         if self.samples.size:
             return float(self._sizes(s).max())
         return float(np.linalg.norm(self.factor @ np.append(s, 1.0)))
+
+    @property
+    def unit(self) -> float:
+        """Mass of the bodies of the file, kg, a unit of mass; 1 if they have none."""
+        return float(self.matter.given[:, 0].sum()) or 1.0
+
+    def over(
+        self, matter: AddedParameters, T: Array, stocks: tuple[Stock, ...]
+    ) -> ShakingProgram:
+        """Return the program over matter in other regions.
+
+        Args:
+            matter: these regions.
+            T: ``[s; 1]`` of this program as a function of that one (count + 1, count + 1).
+            stocks: densities in them.
+        """
+        samples = self.samples @ T if self.samples.size else self.samples
+        return replace(
+            self, matter=matter, factor=self.factor @ T, stocks=stocks, samples=samples
+        )
 
     def blocks(self, samples: Sequence[int]) -> list[Array]:
         """List rows (k, count + 1) of cones: R, or the loads of samples."""

@@ -83,7 +83,8 @@ def judge_variant(
     urdf = with_counterweights(least.matter, merge=frozenset(variant.new_links))
     done = verify_file(request, blank, urdf, motion, inputs)
     if done.verdict == "feasible":
-        done = replace(done, reason=done.reason + least.rim_text(_bounded(request, variant)))
+        where = least.places_text + least.rim_text(_bounded(request, variant))
+        done = replace(done, reason=done.reason + where)
     if not request.trade_off or done.added_mass is None or done.input_inertia is None:
         return done
     inertia, gap = total_inertia(request, done.input_inertia), least.matter.gap or 0.0

@@ -17,11 +17,14 @@ from balance.masses.designs.feasibility import Feasibility, feasible
 from balance.space.certification.certify_space import certify
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.design_space import DesignSpace
+from kinematics.wording import number_text
 
 # Distance from the middle of a region, of its size, from which matter is at its rim.
 AT_RIM = 0.999
 # How a reason begins to say which matter is at a rim; see `rim_text`.
 RIM = "; at the rim of the regions of "
+# Grams and millimetres in a unit of SI, and how they are written.
+WORKSHOP, MASS_FORM, PLACE_FORM = 1e3, ".4g", ".3g"
 # Why nothing is proved of a geometry that is special but for the last digits of its lengths.
 ROUNDED = (
     "matter in these regions does not balance it, and its lengths are rounded, so that no "
@@ -52,6 +55,11 @@ class LeastMatter(NamedTuple):
         return rim_text(self.matter.weights, links)
 
     @property
+    def places_text(self) -> str:
+        """How much matter is where on each link; see `places_text`."""
+        return places_text(self.matter.weights)
+
+    @property
     def proof(self) -> dict[str, object] | None:
         """The certificate against it and its check, as plain data; None without one."""
         matter, anywhere = self.matter, self.anywhere
@@ -61,6 +69,20 @@ class LeastMatter(NamedTuple):
         if matter.certificate is None or matter.check is None:
             return None
         return {"functional": matter.certificate.tolist(), "check": matter.check._asdict()}
+
+
+def places_text(weights: Sequence[Counterweight]) -> str:
+    """Say how much matter is where on each link, g and mm, as the end of a sentence.
+
+    Places are the centres of mass in the frames of the links, as in the file.
+    """
+    parts = []
+    for weight in weights:
+        size = WORKSHOP * weight.region.size
+        at = [number_text(x, PLACE_FORM, size) for x in (WORKSHOP * weight.com).tolist()]
+        grams = number_text(WORKSHOP * weight.mass, MASS_FORM)
+        parts.append(f"{weight.link} {grams} g at ({', '.join(at)})")
+    return f"; centres in link frames of the file, mm: {', '.join(parts)}" if parts else ""
 
 
 def rim_text(

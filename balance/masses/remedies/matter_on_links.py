@@ -16,7 +16,7 @@ from balance.masses.remedies.balancers.on_base import (
     balance_force,
 )
 from balance.masses.remedies.judge_variant import judge_variant
-from balance.masses.remedies.least_matter import rim_text
+from balance.masses.remedies.least_matter import places_text, rim_text
 from balance.masses.remedies.request import MOTIONS, RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
@@ -99,7 +99,7 @@ def with_moment_left(
     reason = (
         f"no force is left; the moment is {number_text(residual, '.3g')} times that of the "
         f"file ({number_text(after[1], '.3g')} N m, root mean square along random motions of "
-        f"1 s){balanced.rim}"
+        f"1 s){balanced.places}{balanced.rim}"
     )
     done = replace(
         blank,
@@ -149,6 +149,7 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     urdf = with_counterweights(design) if design.weights else request.base.data
     document = Document(request.base.name, urdf)
     made = load(document, None, request.linkage.inputs, angles=request.angles)
-    reason = design.words + rim_text(design.weights, request.links, "leave less")
+    reason = design.words + places_text(design.weights)
+    reason += rim_text(design.weights, request.links, "leave less")
     done = replace(blank, verdict="partial", reason=reason, residual=residual, urdf=urdf)
     yield with_cost(request, done, design.mass, made, request.motion)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinematics.errors import CoordinateError
-from kinematics.model.linkage import Joint, Notice, UnassembledLinkage, names_of
+from kinematics.model.linkage import GROUND, Joint, Notice, UnassembledLinkage, names_of
 from kinematics.numerics.array_types import Array, IntArray
 from kinematics.numerics.linalg.vectors import project_out
 from kinematics.numerics.tolerances import REMAINING_FREEDOM, STANDSTILL_RELATIVE, TIE_RELATIVE
@@ -87,17 +87,25 @@ def _candidate_inputs(draft: UnassembledLinkage, rest: Array) -> list[int]:
     """List the joints that can be the next coordinate, the preferred one first.
 
     Any joint whose remaining freedom is at least a third of the largest is well enough
-    conditioned; joints with actuators come before others, joints of the tree before those of
-    loops, earlier ones before later.
+    conditioned; joints with actuators come before others, joints on the ground before those
+    between moving links, joints of the tree before those of loops, earlier ones before later.
     """
     sizes = np.linalg.norm(rest, axis=1)
     least = (1.0 - TIE_RELATIVE) * sizes.max(initial=0.0) / 3.0
     good = np.flatnonzero(sizes >= max(least, REMAINING_FREEDOM))
-    driven = _actuated(draft)
+    driven, grounded = _actuated(draft), _on_ground(draft)
     joints = draft.joints
     return sorted(
-        good.tolist(), key=lambda j: (joints[j].whole not in driven, joints[j].in_loop, j)
+        good.tolist(),
+        key=lambda j: (joints[j].whole not in driven, j not in grounded, joints[j].in_loop, j),
     )
+
+
+def _on_ground(draft: UnassembledLinkage) -> set[int]:
+    """Find the joints of one coordinate between the ground and a link that moves."""
+    parents = {j for j, joint in enumerate(draft.joints) if joint.parent == GROUND}
+    ends = {loop.end for loop in draft.loops if loop.successor == GROUND}
+    return {j for j in parents | ends if not draft.joints[j].numbered} - {GROUND}
 
 
 def _actuated(draft: UnassembledLinkage) -> set[str]:

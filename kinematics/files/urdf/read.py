@@ -51,6 +51,9 @@ from kinematics.numerics.array_types import Array
 if TYPE_CHECKING:
     from yourdfpy import URDF
 
+# Code of the notice on links that carry no parameters.
+MASSLESS = "massless"
+
 
 def read_linkage(source: str, file: RobotFile, options: ReadOptions) -> UnassembledLinkage:
     """Build an unassembled linkage from a checked file.
@@ -308,4 +311,4 @@ def _notices(
             bare.append(name)
     if not bare:
         return ()
-    return (Notice("massless", f"no mass, so no parameters: {', '.join(bare)}"),)
+    return (Notice(MASSLESS, f"no mass, so no parameters: {', '.join(bare)}"),)

@@ -113,7 +113,7 @@ def from_screws(
             Links without an entry carry no inertial parameters. By default every link that
             moves carries parameters, of mass 0.
         inputs: names of joints to use as independent coordinates; by default a
-            well-conditioned set is chosen.
+            well-conditioned set is chosen, of joints on the base first.
         name: name of the linkage, in messages and in its file.
 
     Returns:

@@ -127,7 +127,7 @@ def front_section(front: ParetoFront) -> str:
     return (
         '<section>\n<h2>What each kilogram buys</h2>\n<p class="note">Root mean squares of '
         "shaking force and moment. The page shows the last one.</p>\n"
-        f'<div class="scroll">\n{rows_table(front_rows(front), range(5))}\n</div>\n</section>'
+        f'<div class="scroll">\n{rows_table(front_rows(front), range(6))}\n</div>\n</section>'
     )
 
 

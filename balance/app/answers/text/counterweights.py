@@ -27,6 +27,11 @@ DIGITS = 5
 ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 # Added mass, over the given mass, above which partial balance is named.
 MUCH_ADDED = 3.0
+# Of which frame places are.
+FRAMES = (
+    "Places, directions and regions are in the link frames of the file, and moments of inertia "
+    "along their axes."
+)
 # What a link gets to which no matter needs to be added.
 NONE_NEEDED = "none needed"
 
@@ -227,4 +232,6 @@ def counterweights_body(counterweights: Counterweights, reduce: str = REDUCE) ->
                 f"{weight.link} {verb} about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
                 f"{moments} kg m²"
             )
+    if not all(weight.lumps for weight in counterweights.weights):
+        body.append(FRAMES)
     return body

@@ -9,6 +9,7 @@ from math import inf
 
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.counterweights import (
+    FRAMES,
     counterweight_rows,
     density_facts,
     moved_facts,
@@ -40,7 +41,9 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
     if best.shaking is not None:
         pairs += _shaking_facts(front, best, best.shaking)
         pairs += moved_facts(best.moved)
-        pairs += [*density_facts(best.weights), *_room_facts(best), *_drives(best)]
+        pairs += _shape_facts(front, best)
+        room = _room_facts(best) if len(front.designs) == 1 else _filled_facts(best)
+        pairs += [*density_facts(best.weights), *room, *_drives(best)]
     return pairs
 
 
@@ -75,6 +78,19 @@ def _shaking_facts(
     return pairs
 
 
+def _shape_facts(front: ParetoFront, best: PartialBalance) -> list[tuple[str, str]]:
+    """Say what the shape of counterweights leaves beside matter of any shape."""
+    if best.shape is None or best.least_objective is None:
+        return []
+    given = best.given.objective or 1.0
+    least = size_text(best.least_objective / given, ".3g", floor=SHAKING_GAP_PROVED)
+    left = size_text(best.share, ".3g", floor=SHAKING_GAP_PROVED)
+    text = (
+        f"{best.shape} leaves {left} of the {front.objective}, where any shape leaves {least}"
+    )
+    return [("shape", text)]
+
+
 def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
     """Say that the room of the regions, not the budget, limits what is left to shake."""
     full = best.mass >= USED * best.budget
@@ -82,6 +98,25 @@ def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
         return []
     used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
     return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]
+
+
+def _filled_facts(best: PartialBalance) -> list[tuple[str, str]]:
+    """Say how much of each region the last design of a front fills."""
+    parts = [
+        f"{number_text(100.0 * share, '.3g')} % of {best.regions[link].words} of {link}"
+        for link, share in _filled(best).items()
+    ]
+    text = f"the last design fills {', '.join(parts)}; --region L=SHAPE sets the room"
+    return [("room", text)] if parts else []
+
+
+def _filled(design: PartialBalance) -> dict[str, float]:
+    """Compute the part of the region of each link that matter of limited density fills."""
+    return {
+        weight.link: weight.mass / (weight.density * design.regions[weight.link].volume)
+        for weight in design.weights
+        if weight.density is not None
+    }
 
 
 def _growth_text(front: ParetoFront, part: str) -> str:
@@ -94,7 +129,8 @@ def _growth_text(front: ParetoFront, part: str) -> str:
     elif front.minimise in ("torque", "bearing"):
         ways.append(f"--minimise rms counts force and moment, not the {front.objective}")
     elif best.space.balance == "force":
-        ways.append("--balance dynamic lets moments count")
+        shaped = "" if best.shape is None else "without --shape, "
+        ways.append(f"{shaped}--balance dynamic lets moments count")
     else:
         change = "less" if part == "moment" else "more"
         ways.append(
@@ -147,7 +183,10 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
 
 
 def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
-    """Build the table of designs, its head first."""
+    """Build the table of designs, its head first.
+
+    The room that is filled is that of the region with most matter; a dash stands for none.
+    """
     unit = "N" if front.frame is None else "m"
     if front.minimise == "torque":
         unit = "N m"
@@ -160,12 +199,13 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
         "force (N rms)",
         "moment (N m rms)",
         f"peak torque ({torque_unit})",
+        "room filled (%)",
         "verdict",
     )
     rows: list[tuple[str, ...]] = [head]
     for design in front.designs:
         if design.shaking is None:
-            rows.append((number_text(design.budget, FORM), *[MISSING] * 4, design.verdict))
+            rows.append((number_text(design.budget, FORM), *[MISSING] * 5, design.verdict))
             continue
         given, torque = design.given, max(design.shaking.torque.values(), default=0.0)
         loads = (
@@ -173,7 +213,9 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
             for name in ("objective", "force", "moment")
         )
         mass, torque_text = (number_text(x, FORM) for x in (design.mass, torque))
-        rows.append((mass, *loads, torque_text, design.verdict))
+        filled = max(_filled(design).values(), default=0.0)
+        room = number_text(100.0 * filled, ".3g") if filled else MISSING
+        rows.append((mass, *loads, torque_text, room, design.verdict))
     return rows
 
 
@@ -185,5 +227,7 @@ def front_body(front: ParetoFront) -> AnswerBody:
     best = front.designs[-1]
     if best.weights:
         rows = counterweight_rows(best.weights, best.regions, digits=DIGITS, nothing="none")
-        body += ["", AnswerTable(rows), *part_lines(best.weights, "about ")]
+        how = "about " if best.shape is None else ""
+        lines = part_lines(best.weights, how)
+        body += ["", AnswerTable(rows), *lines, *[FRAMES] * bool(lines)]
     return body

@@ -56,7 +56,7 @@ def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[t
     pairs += [
         ("mobility", str(request.freedoms)),
         ("mass", f"{number_text(request.given_mass, f'.{DIGITS}g')} kg in moving links"),
-        ("own masses", comparison.own_masses.words),
+        ("other masses", _other_masses_text(comparison)),
         ("added matter", matter),
         (
             "rotors",
@@ -78,6 +78,20 @@ def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[t
             pairs.append(("other ways", "; ".join(words)))
         pairs.append(("reduce", reduce))
     return pairs
+
+
+def _other_masses_text(comparison: RemedyComparison) -> str:
+    """Say whether the links would balance if their masses were chosen anew."""
+    anew = comparison.own_masses
+    if anew.verdict == "feasible":
+        return (
+            "the links alone could balance it if all their masses were chosen anew (balance "
+            "design); the remedies keep the masses of the file and add to them"
+        )
+    if anew.verdict == "infeasible":
+        why = anew.words.removeprefix("infeasible: ")
+        return f"no masses of the links alone balance it: {why}"
+    return f"whether other masses of the links alone would balance it is {anew.words}"
 
 
 def only_heavy(comparison: RemedyComparison) -> bool:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.weight_shape import WeightShape
+from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import PART_ROUND_OFF
 from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
 
 
-def axes_and_height(answer: Counterweights, body: int) -> tuple[Array, float]:
+def axes_and_height(space: DesignSpace, body: int) -> tuple[Array, float]:
     """Find axes along and across the plane of a linkage in a link frame, and its height."""
-    space = answer.space
     frame = space.linkage.chain.frame
     R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
     normal = R.T @ frame.R[2]

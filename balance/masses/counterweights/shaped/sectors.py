@@ -17,27 +17,32 @@ from balance.masses.counterweights.counterweight import Counterweight, filled_co
 from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.regions import Region, cylinder_region, sector_region
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
+from balance.masses.counterweights.shaped.shape_holder import WHOLE
 from balance.masses.counterweights.shaped.weight_shape import WeightShape
 from balance.masses.counterweights.volume.cut_regions import Stock, fill
 from balance.masses.counterweights.volume.decide_filled import decide_filled
-from balance.masses.counterweights.volume.fans import AngleRange, Fan, widest_free_arc
+from balance.masses.counterweights.volume.fans import (
+    FULL_TURN,
+    AngleRange,
+    Fan,
+    widest_free_arc,
+)
 from balance.masses.designs.mass_regions import joint_points
+from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import SHAPE_INSIDE
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
-WHOLE = np.diag([0.0, 0.0, 0.0, 1.0])
 
-
-def fan_of(free: Counterweights, body: int, stock: Stock, shape: WeightShape) -> Stock:
+def fan_of(space: DesignSpace, body: int, stock: Stock, shape: WeightShape) -> Stock:
     """Find the directions about the joint of a link in which its region holds sectors.
 
     Of several arcs of such directions the widest counts.
 
     Args:
-        free: matter in the regions.
+        space: a design space of the linkage.
         body: position of the body.
         stock: its region and density.
         shape: thickness and radius; without a radius that of the largest circle in the region.
@@ -45,11 +50,10 @@ def fan_of(free: Counterweights, body: int, stock: Stock, shape: WeightShape) ->
     Raises:
         UsageError: the joint slides, or the region holds no such sector.
     """
-    space = free.space
     joint = space.linkage.joints[space.linkage.bodies[body].link]
     if joint.kind != "revolute":
         raise UsageError(f"sectors are about a joint that turns, and '{joint.name}' slides")
-    axes, height = axes_and_height(free, body)
+    axes, height = axes_and_height(space, body)
     R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
     at = axes[:2] @ (R.T @ (joint_points(space, space.linkage.bodies[body])[0] - origin))
     height = height_within(stock.region, shape, axes[2], height)
@@ -116,16 +120,46 @@ def _sector(weight: Counterweight, stock: Stock) -> Counterweight | None:
     assert weight.form is not None and stock.fan is not None
     place = stock.region.place
     arcs = stock.fan.arcs(place.T @ weight.form @ place)
-    if len(arcs) != 1:
-        return None
-    (arc,) = arcs
+    return sector_of(weight.link, stock, arcs[0]) if len(arcs) == 1 else None
+
+
+def sector_about(link: str, stock: Stock, moments: Array) -> Counterweight:
+    """Make the sector of a mass about the direction of its first moments, or near it.
+
+    Args:
+        link: name of the link.
+        stock: from `fan_of`.
+        moments: mass and first moments (4, 4), kg, in unit coordinates.
+    """
+    assert stock.fan is not None
+    allowed = stock.fan.allowed
+    volume = abs(float(np.linalg.det(stock.region.place[:3, :3])))
+    width = min(allowed.width, float(moments[3, 3]) / (stock.density * volume))
+    start = float(np.arctan2(moments[1, 3], moments[0, 3])) - 0.5 * width
+    if allowed.width < FULL_TURN:
+        # The nearest start from which the whole sector is allowed.
+        room = 0.5 * (allowed.width - width)
+        off = float(np.remainder(start - allowed.start - room + np.pi, FULL_TURN)) - np.pi
+        start = allowed.start + room + min(max(off, -room), room)
+    return sector_of(link, stock, AngleRange(start, width))
+
+
+def sector_of(link: str, stock: Stock, arc: AngleRange) -> Counterweight:
+    """Make the sector of an arc of directions of a fan.
+
+    Args:
+        link: name of the link.
+        stock: from `fan_of`.
+        arc: its directions, in unit coordinates.
+    """
+    place = stock.region.place
     c, s = np.cos(arc.middle), np.sin(arc.middle)
     sizes = np.linalg.norm(place[:3, :3], axis=0)
     axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ (place[:3, :3] / sizes).T
     region = sector_region(place[:3, 3], axes, sizes[0], 2.0 * float(sizes[2]), 0.5 * arc.width)
     whole = Fan(AngleRange(-0.5 * arc.width, arc.width))
     matter = Stock(region, stock.density, fan=whole)
-    return filled_counterweight(weight.link, matter, WHOLE, fill(matter, WHOLE))
+    return filled_counterweight(link, matter, WHOLE, fill(matter, WHOLE))
 
 
 def _sides(region: Region, shape: WeightShape, axes: Array, at: Array) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ Discs, square blocks and sectors of discs have a thickness, cylinders a radius.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import pi, sqrt
 from typing import Literal, NamedTuple, get_args
@@ -13,6 +13,8 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from balance.masses.counterweights.regions import Region, box_region, cylinder_region
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.materials import Density
 from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
@@ -92,6 +94,13 @@ def shape_text(choices: Sequence[WeightShape]) -> str:
     return f"{choices[0].kind}={sizes}{'' if radius is None else f',{radius:g}'}"
 
 
+def shapes_in_words(choices: Sequence[WeightShape]) -> str:
+    """Several counterweights of a shape in its sizes, in words."""
+    if len(choices) == 1:
+        return choices[0].plural
+    return f"{choices[0].kind}s ({shape_text(choices)})"
+
+
 def read_weight_shapes(text: str) -> tuple[WeightShape, ...]:
     """Read a shape from its text, such as ``disc=0.02`` or ``sector=5mm/8mm/10mm,90mm``.
 
@@ -120,3 +129,41 @@ def read_weight_shapes(text: str) -> tuple[WeightShape, ...]:
         "that thickness in metres (sector=0.02,0.1 of a radius too), or cylinder=0.03, of that "
         "radius; disc=5mm/8mm/10mm for a choice of sizes"
     )
+
+
+def wanted_shapes(
+    shape: str | None,
+    space: DesignSpace,
+    density: Density,
+    move: Mapping[str, float] | None,
+    clash: str = "",
+) -> tuple[WeightShape, ...]:
+    """Read a shape in its sizes, and check that what else is asked for goes with it.
+
+    Args:
+        shape: its text; None for matter of any shape.
+        space: a design space of the linkage.
+        density: density of the matter; None for point masses.
+        move: shares of given masses that may be moved, by link.
+        clash: what else contradicts a shape, in words; empty if nothing does.
+
+    Raises:
+        UsageError: the shape has no known form, or something does not go with it.
+    """
+    if shape is None:
+        return ()
+    choices = read_weight_shapes(shape)
+    if move:
+        raise UsageError("shapes are found for added matter: leave out what is to be moved")
+    if density is None:
+        raise UsageError(
+            f"shape {shape} has a volume, and point masses have none: give a density"
+        )
+    if clash:
+        raise UsageError(clash)
+    if not space.planar or space.balance != "force":
+        raise UsageError(
+            "shapes are found for the forces of planar linkages: ask for force balance "
+            "(--balance force), or leave out the shape"
+        )
+    return choices

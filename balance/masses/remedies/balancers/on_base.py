@@ -84,12 +84,14 @@ class ForceBalanced(NamedTuple):
         linkage: the linkage, with the inputs of the request.
         added: mass of counterweights, kg.
         rim: which of them are at the rim of their regions, in words; empty for none.
+        places: how much matter is where, in words; empty for none.
     """
 
     document: Document
     linkage: Linkage
     added: float
     rim: str = ""
+    places: str = ""
 
 
 class BalancerDrive(NamedTuple):
@@ -315,7 +317,7 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
     """
     inputs, angles = request.linkage.inputs, request.angles
     space = design_space(request.load_base(), request.motion or None, "force")
-    data, rim = request.base.data, ""
+    data, rim, places = request.base.data, "", ""
     if not space.as_given.balanced:
         least = least_matter(
             space, request.links, request.regions, request.density, request.thickness
@@ -326,10 +328,11 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
                 verdict, f"a wheel takes no force, and {least.reason}", least.proof
             )
         data, rim = with_counterweights(least.matter), least.rim_text(request.links)
+        places = least.places_text
     document = Document(request.base.name, data)
     made = load(document, None, inputs, angles=angles)
     mass = sum(float(body.inertia[0]) for body in made.bodies)
-    return ForceBalanced(document, made, mass - request.given_mass, rim)
+    return ForceBalanced(document, made, mass - request.given_mass, rim, places)
 
 
 def _join_motions(

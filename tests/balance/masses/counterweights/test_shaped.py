@@ -329,6 +329,6 @@ def test_a_slider_has_no_sectors():
     stock = Stock(read_region("ball(0,0,0,3)"), STEEL)
     (shape,) = read_weight_shapes("sector=0.02")
     crank, slider = (space.bodies.index(name) for name in ("crank", "slider"))
-    assert fan_of(free, crank, stock, shape).fan.allowed.width == 2.0 * np.pi
+    assert fan_of(free.space, crank, stock, shape).fan.allowed.width == 2.0 * np.pi
     with pytest.raises(UsageError, match="sectors are about a joint that turns, and 'q4'"):
-        fan_of(free, slider, stock, shape)
+        fan_of(free.space, slider, stock, shape)

@@ -363,7 +363,7 @@ def test_modes_have_one_order_in_every_frame_and_scale(tmp_path):
 def test_a_mode_is_followed_from_its_pose(tmp_path):
     path = FLAT["kite"].write(tmp_path, "flat")
     folded = kinematics.load(path, mode=1)
-    assert folded.inputs == ("b",) and folded.idle == ("a", "c")
+    assert folded.inputs == ("d",)  # the rocker, on the base and folded.idle == ("a", "c")
     assert folded.at == {"b": pytest.approx(folded.displaced[1])}
     (text,) = [x.message for x in folded.notices if x.code == "mode_of_motion"]
     assert "mode 1 of 2" in text
@@ -383,9 +383,9 @@ def test_an_input_of_the_file_that_rests_on_a_mode_is_replaced(tmp_path):
     path.write_text(marked)
     assert kinematics.load(path, mode=2).inputs == ("a",)
     folded = kinematics.load(path, mode=1)
-    assert folded.inputs == ("b",)
+    assert folded.inputs == ("d",)  # the rocker, on the base
     (text,) = [x.message for x in folded.notices if x.code == "inputs_of_mode"]
-    assert text == "a of the file cannot drive this mode: the inputs are b"
+    assert text == "a of the file cannot drive this mode: the inputs are d"
 
 
 @pytest.mark.slow

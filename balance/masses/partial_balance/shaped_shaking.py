@@ -1,0 +1,227 @@
+"""The least shaking force of weights of a shape: discs, blocks, cylinders and sectors.
+
+Shaking forces feel mass and first moments alone. Those of all shapes inside a region are a
+convex set (`balance.masses.counterweights.shaped.shape_holder`), so that the least root mean
+square of the force, or its lowest peak, over the shapes within a budget is one program of
+second-order cones for each choice of sizes. Moments of inertia of shapes grow with the square
+of their mass: where shaking moments, torques or bearing forces count, that set is not convex.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from balance.masses.counterweights.counterweight import Counterweight, filled_counterweight
+from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.shaped.sectors import fan_of, sector_about
+from balance.masses.counterweights.shaped.shape_holder import (
+    COUNT,
+    MASS,
+    WHOLE,
+    ShapeHolder,
+    X,
+    Y,
+    held_choices,
+    holding_rows,
+)
+from balance.masses.counterweights.shaped.weight_shape import WeightShape
+from balance.masses.counterweights.volume.cut_regions import Stock, fill
+from balance.masses.partial_balance.least_shaking import (
+    LeastShaking,
+    bounded_rows,
+    least_shaking,
+    loosened_limit,
+)
+from balance.masses.partial_balance.motion_loads import AddedParameters
+from balance.masses.partial_balance.shaking_program import ShakingProgram
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import (
+    TRIANGLES,
+    ConstraintBlock,
+    solve_conic,
+    triangles,
+)
+from balance.support.tolerances import PRICE_ZERO, SHAPE_MASS_ZERO
+from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.ties import first_least
+
+
+def least_shaped_shaking(
+    space: DesignSpace,
+    program: ShakingProgram,
+    choices: Sequence[WeightShape],
+    budget: float,
+    free: LeastShaking,
+) -> LeastShaking:
+    """Minimise the shaking force over weights of a shape, whose size may be one of several.
+
+    Args:
+        space: a design space of the linkage for force balance.
+        program: the loads, the regions and the densities, without caps.
+        choices: the shape in each of its sizes, of which every link gets one.
+        budget: most mass to add, kilograms; above 0.
+        free: the least shaking of matter of any shape.
+
+    Raises:
+        UsageError: a region holds no size of the shape, or there are too many choices.
+    """
+    stocks = dict(zip(program.matter.regions, program.stocks, strict=True))
+    if choices[0].kind == "sector":
+        fans = held_choices(space, stocks, choices, partial(fan_of, space))
+        answers = [_with_sectors(space, program, dict(chosen), budget) for chosen in fans]
+    else:
+        unit = min(budget, program.unit)
+
+        def hold(b: int, stock: Stock, shape: WeightShape) -> ShapeHolder:
+            return ShapeHolder(space, b, stock, shape, unit)
+
+        holders = held_choices(space, stocks, choices, hold)
+        answers = [
+            _with_holders(space, program, dict(chosen), budget, unit) for chosen in holders
+        ]
+    best = answers[first_least([answer.value for answer in answers])]
+    best = best._replace(any_shape=free.value)
+    bound = max(free.bound, min(answer.bound for answer in answers))
+    if best.value <= program.given:
+        return best._replace(bound=min(bound, best.value))
+    none = np.zeros(program.matter.count)
+    return best._replace(
+        s=none, value=program.given, bound=min(bound, program.given), weights=()
+    )
+
+
+def _with_holders(
+    space: DesignSpace,
+    program: ShakingProgram,
+    holders: Mapping[int, ShapeHolder],
+    budget: float,
+    unit: float,
+) -> LeastShaking:
+    """Minimise the shaking over discs, blocks or cylinders of given sizes."""
+    each = list(holders.values())
+    T = _coordinates(program, each, unit)
+    x, bound, price = _solve(program, each, T, budget / unit, None)
+    if price <= PRICE_ZERO:
+        limit = loosened_limit(program.value(T @ x.reshape(-1)) / program.scale)
+        x = _solve(program, each, T, budget / unit, limit)[0]
+    total = float(x[:, MASS].sum())
+    share = min(1.0, budget / (unit * total)) if total > 0.0 else 1.0
+    weights = {}
+    for (b, holder), row in zip(holders.items(), x, strict=True):
+        if row[MASS] > max(0.0, SHAPE_MASS_ZERO * total):
+            centre = space.length * row[X : Y + 1] / row[MASS]
+            stock = holder.fill(share * unit * float(row[MASS]), centre)
+            weights[b] = filled_counterweight(space.bodies[b], stock, WHOLE, fill(stock, WHOLE))
+    if not all(holders[b].holds(weight.region) for b, weight in weights.items()):
+        weights = {}
+    return _answer(program, weights, program.scale * bound)
+
+
+def _coordinates(program: ShakingProgram, holders: Sequence[ShapeHolder], unit: float) -> Array:
+    """Compute coordinates s as a function of the variables (count, links · 7)."""
+    T = np.zeros((len(holders), 10, len(holders), COUNT))
+    regions = program.matter.regions.values()
+    for k, (holder, region) in enumerate(zip(holders, regions, strict=True)):
+        for i, P in enumerate(holder.moment_matrices()):
+            T[k, :, k, i] = unit * _in_region(region, P)
+    return T.reshape(program.matter.count, -1)
+
+
+def _in_region(region: Region, moments: Array) -> Array:
+    """Convert moments (4, 4) in the link frame to coordinates (10,) of a region."""
+    inverse = np.linalg.inv(region.place)
+    return triangles(inverse @ moments @ inverse.T)
+
+
+def _solve(
+    program: ShakingProgram,
+    holders: Sequence[ShapeHolder],
+    T: Array,
+    room: float,
+    limit: float | None,
+) -> tuple[Array, float, float]:
+    """Minimise the relative load; or, with a limit on it, the mass.
+
+    Args:
+        T: coordinates as a function of the variables.
+        room: most mass, over the unit of mass.
+
+    Returns:
+        The variables (links, 7); the value of the dual; and the price of the whole budget.
+    """
+    n = len(holders)
+    mass = np.zeros((n, COUNT))
+    mass[:, MASS] = 1.0
+    samples = range(len(program.samples))
+    loads = [
+        bounded_rows(A / program.scale, 0.0 if limit is None else limit, T)
+        for A in program.blocks(samples)
+    ]
+    rows, offsets, parts = holding_rows(holders)
+    whole = np.vstack(
+        [
+            -mass.reshape(1, -1) / room,
+            *(A for A, _ in loads),
+            *(row.reshape(len(row), -1) for row in rows),
+        ]
+    )
+    offset = np.concatenate([[1.0], *(b for _, b in loads), *offsets])
+    blocks = [ConstraintBlock("nonnegative", 1)]
+    blocks += [ConstraintBlock("second_order", len(b)) for _, b in loads]
+    q = mass.reshape(-1)
+    if limit is None:
+        column = np.zeros((len(whole), 1))
+        column[1 + np.cumsum([0, *(len(b) for _, b in loads[:-1])])] = 1.0
+        whole, q = np.hstack([whole, column]), np.append(0.0 * q, 1.0)
+    solution = solve_conic(q, whole, offset, [*blocks, *parts])
+    x = solution.x[: n * COUNT].reshape(n, COUNT)
+    return x, -float(offset @ solution.dual), float(solution.dual[0])
+
+
+def _with_sectors(
+    space: DesignSpace, program: ShakingProgram, fans: Mapping[int, Stock], budget: float
+) -> LeastShaking:
+    """Minimise the shaking over sectors of given sizes: matter in the directions of fans."""
+    regions = {b: stock.region for b, stock in fans.items()}
+    blocks = [
+        np.array([_in_region(region, P) for P in _basis(regions[b])]).T
+        for b, region in program.matter.regions.items()
+    ]
+    T = np.zeros((program.matter.count + 1,) * 2)
+    T[-1, -1] = 1.0
+    for k, block in enumerate(blocks):
+        T[10 * k : 10 * k + 10, 10 * k : 10 * k + 10] = block
+    fanned = program.over(AddedParameters.of(space, regions), T, tuple(fans.values()))
+    answer = least_shaking(fanned, budget)
+    assert isinstance(answer, LeastShaking)
+    weights = {}
+    total = float(fanned.matter.masses @ answer.s)
+    for (b, stock), part in zip(fans.items(), fanned.matter.parts(answer.s), strict=True):
+        matter = (TRIANGLES[4] @ part).reshape(4, 4)
+        if matter[3, 3] > max(0.0, SHAPE_MASS_ZERO * total):
+            weights[b] = sector_about(space.bodies[b], stock, matter)
+    return _answer(program, weights, answer.bound)
+
+
+def _basis(region: Region) -> list[Array]:
+    """List the moments (4, 4) in the link frame of units of the coordinates of a region."""
+    basis = TRIANGLES[4].T.reshape(10, 4, 4)
+    return [region.place @ S @ region.place.T for S in basis]
+
+
+def _answer(
+    program: ShakingProgram, weights: Mapping[int, Counterweight], bound: float
+) -> LeastShaking:
+    """Compute what weights do, as they are."""
+    s = np.zeros((len(program.matter.regions), 10))
+    for k, (b, region) in enumerate(program.matter.regions.items()):
+        if b in weights:
+            s[k] = _in_region(region, weights[b].moments)
+    flat = s.reshape(-1)
+    none = np.zeros(len(s))
+    return LeastShaking(
+        flat, program.value(flat), max(0.0, bound), 1, none, weights=tuple(weights.values())
+    )

@@ -1,0 +1,80 @@
+"""Tables of masses and of their centres, in grams and millimetres, for Python and notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from kinematics.numerics.array_types import Array
+from kinematics.numerics.tolerances import WRITTEN_AS_ZERO
+from kinematics.wording import html_facts, number_text
+
+# Grams in a kilogram, and millimetres in a metre.
+PER_SI = 1e3
+DIGITS = ".4g"
+HEAD = ("link", "mass (g)", "x (mm)", "y (mm)", "z (mm)")
+TITLE = "centres of mass in link frames"
+
+
+class MassRow(NamedTuple):
+    """Mass and centre of what is on a link.
+
+    Attributes:
+        link: its name.
+        mass: g.
+        x: of the centre of mass in the frame of the link, as in the file, mm.
+        y: mm.
+        z: mm.
+    """
+
+    link: str
+    mass: float
+    x: float
+    y: float
+    z: float
+
+
+class MassTable(tuple[MassRow, ...]):
+    """Rows of masses, which are printed as a table."""
+
+    def __repr__(self) -> str:
+        """Lines of columns, their head first."""
+        rows = [HEAD, *(_texts(row) for row in self)]
+        widths = [max(len(row[k]) for row in rows) for k in range(len(HEAD))]
+        return "\n".join(
+            "  ".join(
+                [row[0].ljust(widths[0]), *(map(str.rjust, row[1:], widths[1:]))]
+            ).rstrip()
+            for row in rows
+        )
+
+    def _repr_html_(self) -> str:
+        """The same table for notebooks."""
+        rows = map(_texts, self)
+        return html_facts(
+            TITLE, *((row[0], f"{row[1]} g at ({', '.join(row[2:])}) mm") for row in rows)
+        )
+
+
+def mass_table(masses: Iterable[tuple[str, float, Array | None]], length: float) -> MassTable:
+    """Make a table of masses.
+
+    Args:
+        masses: link, mass, kg, and centre of mass (3,) in its frame, m, of each; those
+            without one are left out.
+        length: a length of the linkage, m: coordinates smaller by ten decades are zero.
+    """
+    least = WRITTEN_AS_ZERO * length
+    return MassTable(
+        MassRow(
+            link,
+            PER_SI * float(mass),
+            *(PER_SI * x if abs(x) > least else 0.0 for x in com.tolist()),
+        )
+        for link, mass, com in masses
+        if com is not None
+    )
+
+
+def _texts(row: MassRow) -> tuple[str, ...]:
+    return (row.link, *(number_text(x, DIGITS) for x in row[1:]))

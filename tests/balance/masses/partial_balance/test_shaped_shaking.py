@@ -1,0 +1,210 @@
+"""The least shaking of discs, blocks, cylinders and sectors: closed forms, and refusals."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+import balance
+from balance.app.cli.main import main
+from balance.masses import ElasticFrame
+from kinematics.errors import UsageError
+
+STEEL = 7850.0
+NEEDED = 0.05  # kg m, what each arm needs on its other side
+BALL, BOX = "ball(0,0,0,0.1)", "box(-0.1:0.1,-0.1:0.1,-0.02:0.02)"
+
+
+def arm(name, place, mimic=""):
+    """A link that turns about z, with 1 kg at x = 0.05 m."""
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{NEEDED} 0 0"/><mass value="1"/>'
+        '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>'
+        f'<joint name="turn_{name}" type="continuous"><parent link="base"/>'
+        f'<child link="{name}"/><origin xyz="{place} 0 0"/><axis xyz="0 0 1"/>{mimic}</joint>'
+    )
+
+
+@pytest.fixture
+def one_arm(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(f'<robot name="arm"><link name="base"/>{arm("a", 0)}</robot>')
+    return path
+
+
+@pytest.fixture
+def two_arms(tmp_path):
+    """The second arm turns against the first, so that the squares of their forces add up."""
+    path = tmp_path / "arms.urdf"
+    geared = '<mimic joint="turn_a" multiplier="-1"/>'
+    arms = arm("a", 0) + arm("b", 1, geared)
+    path.write_text(f'<robot name="arms"><link name="base"/>{arms}</robot>')
+    return path
+
+
+def first_moment(shape, region, mass):
+    """The largest first moment of a shape of some mass in a region, kg m."""
+    kind, size = shape.split("=")
+    t = r = float(size)
+    reach = np.sqrt(0.1**2 - 0.25 * t * t) if region == BALL else 0.1
+    if kind == "sector":
+        half = mass / (STEEL * t * reach**2)
+        return 2.0 / 3.0 * STEEL * t * reach**3 * np.sin(half)
+    if kind == "cylinder":
+        half = 0.5 * mass / (STEEL * np.pi * r * r)
+        return mass * (np.sqrt(0.1**2 - half**2) - r)
+    area = mass / (STEEL * t)
+    return mass * (reach - (np.sqrt(area / np.pi) if kind == "disc" else 0.5 * np.sqrt(area)))
+
+
+SHAPES = [
+    ("disc=0.02", BALL),
+    ("disc=0.02", BOX),
+    ("block=0.02", BOX),
+    ("cylinder=0.03", BALL),
+    ("sector=0.02", BALL),
+]
+
+
+@pytest.mark.parametrize("minimise", ["rms", "peak"])
+@pytest.mark.parametrize(("shape", "region"), SHAPES)
+def test_one_arm_gets_the_shape_at_its_far_side(shape, region, minimise, one_arm):
+    """At constant speed the force is the square of the speed times what is left to balance."""
+    budget = 0.3
+    answer = balance.partial(
+        one_arm,
+        ["a"],
+        budget,
+        regions={"a": region},
+        balance="force",
+        speed="300rpm",
+        minimise=minimise,
+        shape=shape,
+    )
+    (weight,) = answer.weights
+    assert weight.mass == pytest.approx(budget, rel=1e-9)
+    left = NEEDED - first_moment(shape, region, budget)
+    assert answer.share == pytest.approx(left / NEEDED, rel=1e-5)
+    assert answer.shaking.force == pytest.approx((300 * np.pi / 30) ** 2 * left, rel=1e-5)
+    assert answer.verdict == "optimal" and answer.bound <= answer.shaking.objective
+    kind = shape.partition("=")[0]
+    assert f"no {kind}s of" in answer.words and kind in weight.region.text
+    assert answer.shape == shape and answer.least_objective < answer.shaking.objective
+
+
+@pytest.mark.parametrize("shape", ["disc=0.02", "cylinder=0.03"])
+def test_a_budget_is_shared_by_two_arms(shape, two_arms):
+    """Both arms lack the same, but 0.2 kg are there: another solver shares them out."""
+    budget, regions = 0.2, {"a": BALL, "b": "ball(0,0,0,0.07)"}
+    scale = 0.07 / 0.1
+
+    def moment_in_smaller(mass):
+        # The same shape in a ball of another size, by its own closed form.
+        size = float(shape.split("=")[1])
+        if shape.startswith("disc"):
+            reach = np.sqrt((0.1 * scale) ** 2 - 0.25 * size**2)
+            return mass * (reach - np.sqrt(mass / (STEEL * np.pi * size)))
+        half = 0.5 * mass / (STEEL * np.pi * size**2)
+        return mass * (np.sqrt((0.1 * scale) ** 2 - half**2) - size)
+
+    def left(first):
+        a = NEEDED - first_moment(shape, BALL, first)
+        return np.hypot(a, NEEDED - moment_in_smaller(budget - first))
+
+    best = minimize_scalar(
+        left, bounds=(0.0, budget), method="bounded", options={"xatol": 1e-9}
+    )
+    answer = balance.partial(
+        two_arms,
+        ["a", "b"],
+        budget,
+        regions=regions,
+        balance="force",
+        speed="300rpm",
+        shape=shape,
+    )
+    assert answer.share == pytest.approx(best.fun / np.hypot(NEEDED, NEEDED), rel=1e-5)
+    masses = {weight.link: weight.mass for weight in answer.weights}
+    assert sum(masses.values()) == pytest.approx(budget, rel=1e-9)
+    assert masses["a"] == pytest.approx(best.x, abs=2e-3)
+
+
+def test_of_several_sizes_the_best_is_taken(one_arm):
+    """A thick disc of the same mass is smaller, and reaches further from the joint."""
+    common = dict(regions={"a": BOX}, balance="force", speed=30.0)
+    answer = balance.partial(one_arm, ["a"], 0.3, shape="disc=5mm/20mm/10mm", **common)
+    thick = balance.partial(one_arm, ["a"], 0.3, shape="disc=20mm", **common)
+    assert answer.share == pytest.approx(thick.share, rel=1e-6)
+    assert "disc=0.005/0.02/0.01" in answer.words
+
+
+@pytest.mark.parametrize("shape", ["disc=0.02", "sector=0.02"])
+def test_with_mass_to_spare_the_lightest_that_balances_is_found(shape, one_arm):
+    answer = balance.partial(
+        one_arm, ["a"], 5.0, regions={"a": BALL}, balance="force", speed=30.0, shape=shape
+    )
+    assert answer.share < 1e-5
+    needed = first_moment(shape, BALL, answer.mass)
+    assert needed == pytest.approx(NEEDED, rel=1e-4)
+
+
+def test_a_front_goes_down_and_its_file_has_the_shape(one_arm, tmp_path):
+    front = balance.pareto(
+        one_arm,
+        ["a"],
+        3,
+        0.4,
+        regions={"a": BALL},
+        balance="force",
+        speed=30.0,
+        shape="disc=0.02",
+    )
+    shares = [design.share for design in front.designs]
+    assert shares[0] == 1.0 and shares == sorted(shares, reverse=True)
+    assert [round(design.mass, 9) for design in front.designs] == [0.0, 0.2, 0.4]
+    text = front.to_urdf(tmp_path / "made.urdf").decode()
+    assert "a_counterweight" in text
+    check = balance.verify(tmp_path / "made.urdf", balance="force", speed=30.0)
+    assert check.force == pytest.approx(front.designs[-1].shaking.peak_force, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (dict(balance="dynamic"), "ask for force balance"),
+        (dict(minimise="torque"), "moments of inertia"),
+        (dict(max_torque={"turn_a": 5.0}), "moments of inertia"),
+        (dict(frame=ElasticFrame(50.0, 4.0, 2e5, 100.0)), "moments of inertia"),
+        (dict(thickness=0.01), "have their thickness"),
+        (dict(move={"a": 0.5}), "for added matter"),
+        (dict(density=None), "give a density"),
+        (dict(shape="cone=0.02"), "no known form"),
+    ],
+)
+def test_what_does_not_go_with_a_shape_is_said(words, reason, one_arm):
+    options = dict(balance="force", speed=30.0, shape="disc=0.02") | words
+    with pytest.raises(UsageError, match=reason):
+        balance.partial(one_arm, ["a"], 0.3, **options)
+
+
+def test_the_command_prints_and_refuses_as_counterweights_does(one_arm, capsys):
+    words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.3", "--speed", "30rad/s"]
+    shaped = [*words, "--shape", "disc=20mm"]
+    assert main([*shaped, "--balance", "force"]) == 0
+    text = capsys.readouterr().out
+    assert "a fills 100 % of a disc of radius" in text
+    assert "shape " in text and "any shape leaves" in text
+    assert main([*shaped, "--balance", "force", "--json"]) == 0
+    (design,) = json.loads(capsys.readouterr().out)["designs"]
+    assert design["shape"] == "disc=0.02" and design["least_objective"] > 0.0
+    for more, reason in (
+        ([], "--balance force"),
+        (["--balance", "force", "--max-torque", "turn_a=5"], "leave out --max-torque"),
+        (["--balance", "force", "--thickness", "5mm"], "leave out --thickness"),
+        (["--balance", "force", "--points"], "leave out --points"),
+        (["--balance", "force", "--move", "a"], "leave out --move"),
+    ):
+        assert main([*shaped, *more]) == 2
+        refused = capsys.readouterr()
+        assert not refused.out and reason in refused.err.splitlines()[0]

@@ -1,0 +1,101 @@
+"""Printed and tabled masses stand where the written file has them, in the named frame."""
+
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import balance
+from balance.app.answers.text.counterweights import FRAMES
+from balance.app.answers.text.partial_balance import front_body, front_rows
+from balance.app.answers.text.remedies import remedies_facts
+from balance.support.mass_table import mass_table
+
+MODEL = "four_bar_general"
+
+
+def added_links(data):
+    """Mass, g, and centre, mm, of what a file adds to links, in the frames of these links."""
+    robot = ElementTree.fromstring(data)
+    masses = {
+        x.get("name"): float(x.find("inertial/mass").get("value"))
+        for x in robot.iter("link")
+        if x.find("inertial") is not None
+    }
+    places = {}
+    for joint in robot.iter("joint"):
+        child = joint.find("child").get("link")
+        if joint.get("type") == "fixed" and child.endswith("_counterweight"):
+            origin = np.array(joint.find("origin").get("xyz").split(), float)
+            places[joint.find("parent").get("link")] = 1e3 * masses[child], 1e3 * origin
+    return places
+
+
+def test_the_table_of_counterweights_is_that_of_the_file():
+    made = balance.counterweights(MODEL, ["crank", "rocker"], balance="force")
+    written = added_links(made.to_urdf())
+    table = made.to_table()
+    assert [row.link for row in table] == ["crank", "rocker"] == list(written)
+    for row in table:
+        mass, place = written[row.link]
+        assert row.mass == pytest.approx(mass, rel=1e-12)
+        np.testing.assert_allclose(row[2:], place, atol=1e-9)
+
+
+def test_the_table_of_a_design_is_that_of_the_file():
+    best = balance.design("four_bar_antiparallelogram", "mass", bounds={"coupler": (0.5, 2)})
+    robot = ElementTree.fromstring(best.to_urdf())
+    given = {x.get("name"): x.find("inertial") for x in robot.iter("link")}
+    for row in best.to_table():
+        inertial = given[row.link]
+        assert row.mass == pytest.approx(1e3 * float(inertial.find("mass").get("value")))
+        centre = np.array(inertial.find("origin").get("xyz").split(), float)
+        np.testing.assert_allclose(row[2:], 1e3 * centre, atol=1e-9)
+
+
+def test_a_table_is_printed_in_columns():
+    rows = [("crank", 0.5, np.array([0.1, -0.02, 1e-14])), ("bare", 0.0, None)]
+    table = mass_table(rows, 1.0)
+    assert repr(table).splitlines() == [
+        "link   mass (g)  x (mm)  y (mm)  z (mm)",
+        "crank       500     100     -20       0",
+    ]
+    assert "500 g at (100, -20, 0) mm" in table._repr_html_()
+    assert table[0].mass == 500.0 and len(table) == 1
+
+
+@pytest.mark.slow
+def test_remedies_say_where_their_matter_is_in_link_frames():
+    comparison = balance.compare_remedies("slider_crank", ["force_masses"])
+    (remedy,) = comparison.by_preference
+    written = added_links(remedy.urdf)
+    _, _, places = remedy.reason.partition("centres in link frames of the file, mm: ")
+    told = re.findall(r"(\w+) ([\d.]+) g at \(([^)]*)\)", places)
+    assert {link for link, *_ in told} == set(written)
+    for link, mass, place in told:
+        grams, centre = written[link]
+        assert float(mass) == pytest.approx(grams, rel=1e-3)
+        size = np.abs(centre).max()
+        np.testing.assert_allclose(np.array(place.split(","), float), centre, atol=1e-2 * size)
+    told = dict(remedies_facts(comparison))["other masses"]
+    assert "chosen anew (balance design)" in told and "keep the masses of the file" in told
+
+
+@pytest.mark.slow
+def test_fronts_say_how_much_room_their_matter_fills():
+    """Of a ball of 4/3 π r³ matter of steel fills its mass over 7850 kg/m³."""
+    front = balance.pareto(
+        MODEL, ["crank"], 3, 0.6, balance="force", regions={"crank": "ball(0,0,0,0.15)"}
+    )
+    head, *rows = front_rows(front)
+    column = head.index("room filled (%)")
+    volume = 4.0 / 3.0 * np.pi * 0.15**3
+    assert rows[0][column] == "–"
+    for design, row in zip(front.designs[1:], rows[1:], strict=True):
+        filled = 100.0 * design.mass / (7850.0 * volume)
+        assert float(row[column]) == pytest.approx(filled, rel=5e-3)
+    body = front_body(front)
+    assert body[-1] == FRAMES and "link frames of the file" in FRAMES
+    (room,) = [text for label, text in body[2].rows if label == "room"]
+    assert "ball(0,0,0,0.15) of crank" in room and "--region" in room

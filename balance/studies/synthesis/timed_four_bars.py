@@ -53,8 +53,6 @@ NEAR = 3.0
 # Steps of Newton's method, many where two turns γ_2 nearly coincide; what is left when it ends,
 # and at most; how far two dyads differ at least, all over the size.
 STEPS, EXACT, LEFT, APART = 40, 1e-15, 1e-12, 1e-7
-# Angles of the crank at which the turn of the tool is followed.
-SAMPLES = 200
 
 
 class _Dyads(NamedTuple):
@@ -115,18 +113,11 @@ def timed_four_bars(positions: Sequence[Position]) -> tuple[GeneralFourBar, ...]
 
 def _at_given_angles(four_bar: GeneralFourBar, turned: Array) -> GeneralFourBar:
     """Put the crank at the given turns β_j, and count whole turns of the tool on the way."""
-    turned = np.concatenate([[0.0], turned])
     start = four_bar.crank_angles[0]
-    parts = np.linspace(0.0, 1.0, SAMPLES)
-    tool = np.unwrap(np.angle(four_bar.tool_turns(start + parts * turned[-1])))
-    near = np.interp(turned / turned[-1], parts, tool - tool[0])
-    turns = np.array([each.angle for each in four_bar.positions])
-    turns += 2.0 * np.pi * np.round((near - turns) / (2.0 * np.pi))
-    poses = zip(four_bar.positions, turns.tolist(), strict=True)
+    four_bar = replace(four_bar, crank_angles=(start, *(start + turned).tolist()))
+    poses = zip(four_bar.positions, four_bar.tool_angles().tolist(), strict=True)
     return replace(
-        four_bar,
-        positions=tuple(Position(each.x, each.y, angle) for each, angle in poses),
-        crank_angles=tuple((start + turned).tolist()),
+        four_bar, positions=tuple(Position(each.x, each.y, angle) for each, angle in poses)
     )
 
 

@@ -210,9 +210,11 @@ def merit(transmission: Array, spread: Array) -> Array:
 
     Args:
         transmission: least transmission angle, radians (n,).
-        spread: largest distance of a pivot from the tool, in sizes of the positions (n,).
+        spread: largest distance of a pivot from the tool, in sizes of the positions (n,);
+            infinite: its transmission alone counts.
     """
-    return np.where(transmission > AMPLE, spread, FARTHEST * (2.0 - transmission))
+    small = (transmission > AMPLE) & np.isfinite(spread)
+    return np.where(small, spread, FARTHEST * (2.0 - transmission))
 
 
 class _Pairs(NamedTuple):

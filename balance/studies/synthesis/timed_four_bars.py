@@ -55,6 +55,10 @@ NEAR = 3.0
 STEPS, EXACT, LEFT, APART = 40, 1e-15, 1e-12, 1e-7
 
 
+# Shortest link over the longest one, from which a four-bar of ample transmission comes first.
+EVEN = 0.25
+
+
 class _Dyads(NamedTuple):
     """Cranks with the point of the tool, in units of the size of the places.
 
@@ -81,8 +85,10 @@ def timed_four_bars(positions: Sequence[Position]) -> tuple[GeneralFourBar, ...]
             which rise or fall by less than a turn. Only their differences count.
 
     Returns:
-        At most 500 without defects, in the order of `general_four_bars`. Their positions have
-        the angles of the tool, which is in line with the x-axis at the first.
+        At most 500 without defects, in the order of `general_four_bars`, but those with a link
+        that is less than a quarter of another one after all others of ample transmission: their
+        links turn fast, and take much matter. Their positions have the angles of the tool,
+        which is in line with the x-axis at the first.
 
     Example:
         >>> from balance.studies.synthesis.positions import Position
@@ -106,9 +112,16 @@ def timed_four_bars(positions: Sequence[Position]) -> tuple[GeneralFourBar, ...]
         )
         four_bars += pair_cranks(poses, Cranks(tip - size * W, tip), cranks_through(poses))
     transmission = np.array([each.transmission for each in four_bars])
-    spread = np.array([each.spread for each in four_bars])
+    spread = np.array([each.spread if _is_even(each) else np.inf for each in four_bars])
     ranks = rank_least_first(merit(transmission, spread / size).tolist())
     return tuple(_at_given_angles(four_bars[k], turned) for k in ranks[:MOST])
+
+
+def _is_even(four_bar: GeneralFourBar) -> bool:
+    """Whether no link is much shorter than another one."""
+    G, H, W, Z = four_bar.pivots().values()
+    links = abs(W - G), abs(Z - W), abs(Z - H), abs(H - G)
+    return min(links) > EVEN * max(links)
 
 
 def _at_given_angles(four_bar: GeneralFourBar, turned: Array) -> GeneralFourBar:

@@ -108,6 +108,22 @@ def test_files_of_five_points_that_a_four_bar_made():
         assert verify(load(Document("timed", each.urdf)), trajectories=1).balanced
 
 
+def test_even_four_bars_come_first():
+    """Short couplers turn fast and take much matter: the best has none."""
+    designs = timed_four_bars([Position(*place) for place in PLACES[:3]])
+
+    def unevenness(each):
+        G, H, W, Z = each.pivots().values()
+        links = abs(W - G), abs(Z - W), abs(Z - H), abs(H - G)
+        return max(links) / min(links)
+
+    first = designs[0]
+    assert unevenness(first) < 4.0 and first.transmission > np.radians(35.0)
+    ample = [each for each in designs if each.transmission > np.radians(35.0)]
+    even = [each for each in ample if unevenness(each) < 4.0]
+    assert first.spread == pytest.approx(min(each.spread for each in even))
+
+
 def test_whole_turns_of_the_tool_count():
     """A drag link, whose base is shortest: its coupler goes round with the crank."""
     way = np.linspace(0.0, 5.6, 1401)

@@ -83,14 +83,14 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
         angle = number_text(math.degrees(numbers["transmission_angle"]), ".3g")
         pairs.append(("transmission", f"{angle}° or more"))
     if "rocker_start" in numbers:
-        lengths = (
+        links = (
             f"{name} {number_text(numbers[name], '.6g')}"
             for name in ("crank", "coupler", "rocker", "base")
         )
         starts = (
             f"{name} at {_degrees(numbers[f'{name}_start'])}" for name in ("crank", "rocker")
         )
-        pairs += [("lengths", f"{', '.join(lengths)} m"), ("start", ", ".join(starts))]
+        pairs += [("lengths", f"{', '.join(links)} m"), ("start", ", ".join(starts))]
     if "rms_distance" in numbers:
         largest, mean = (
             f"{number_text(1e3 * size, '.4g')} mm"

@@ -190,9 +190,9 @@ def _synthesize(
 
     masses = None if arguments.masses is None else read_masses(arguments.masses)
     function = () if arguments.function is None else read_function(arguments.function)
-    wrong = "length" if function else "angle"
-    if getattr(arguments.within, "quantity", "") == wrong:
-        arguments.refuse(f"--within: no {wrong}: {'an angle' if function else 'a length'}")
+    wanted = "angle" if function else "length"
+    if getattr(arguments.within, "quantity", "") not in ("", wanted):
+        arguments.refuse(f"--within: give a unit of {wanted}")
     return synthesize(
         arguments.positions,
         arguments.ratio,

@@ -224,7 +224,12 @@ def dyad_six_bars(request: SynthesisRequest) -> Synthesis:
     within = request.tolerance
     designs = _general_designs(request)
     mechanisms: list[tuple[SynthesizedMechanism, str]] = []
-    for design, space in six_bars(designs, request.progress)[:TRIES]:
+    pairs, most = six_bars(designs, request.progress), SIX_BARS
+    if request.count > MOST_POSITIONS:
+        # The nearest one, not the lightest of two.
+        nearest = rank_least_first([design.root_mean_square for design, _ in pairs])
+        pairs, most = tuple(pairs[k] for k in nearest), 1
+    for design, space in pairs[:TRIES]:
         base = design.numbers["base"]
         plates: list[float | None] = [part * base for part in THICKNESS]
         if request.thickness is not None or request.density is None:
@@ -235,7 +240,7 @@ def dyad_six_bars(request: SynthesisRequest) -> Synthesis:
         mechanism = next((each for each in tried if each is not None), None)
         if mechanism is not None:
             mechanisms.append((mechanism, design.words))
-        if len(mechanisms) == SIX_BARS:
+        if len(mechanisms) == most:
             break
     ranks = rank_least_first([_mass_of(mechanism) for mechanism, _ in mechanisms])
     ranked = sorted((mechanisms[k] for k in ranks), key=lambda pair: not pair[0].good)

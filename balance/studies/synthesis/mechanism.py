@@ -193,8 +193,7 @@ class Synthesis(WithPage, WithPicture):
         if not self.mechanisms and self.count:
             return f"undecided: {self._without_matter()}"
         if not self.mechanisms and self._sampled:
-            tried = "stacks" if self.kind == "stack" else "four-bars"
-            return f"undecided: none of the {tried} that were tried {self._reaches}"
+            return f"undecided: {self._none_tried}"
         if not self.mechanisms:
             return "infeasible: no such mechanism passes through the positions"
         first = self.mechanisms[0]
@@ -216,9 +215,11 @@ class Synthesis(WithPage, WithPicture):
         return f"{'near' if self.within else 'through'} the positions"
 
     @property
-    def _reaches(self) -> str:
-        """Say what none does."""
-        return "follows the function" if self.function else "reaches all positions"
+    def _none_tried(self) -> str:
+        """Say that none of those that were tried will do."""
+        tried = "stacks" if self.kind == "stack" else "four-bars"
+        reaches = "follows the function" if self.function else "reaches all positions"
+        return f"none of the {tried} that were tried {reaches}"
 
     def _without_matter(self) -> str:
         """Say that mechanisms pass through the positions, and have no masses."""
@@ -235,9 +236,7 @@ class Synthesis(WithPage, WithPicture):
         """Say by how much the nearest mechanism misses the positions."""
         nearest = min(self.mechanisms, key=lambda mechanism: mechanism.position_error)
         names = " or ".join(FOUR_BARS) if self.kind == "four-bar" else self.kind
-        who = f"no {names} meets all positions"
-        if self._sampled:
-            who = f"none of the four-bars that were tried {self._reaches}"
+        who = self._none_tried if self._sampled else f"no {names} meets all positions"
         angle = f"{number_text(math.degrees(nearest.angle_error))}°"
         miss = f"{number_text(1e3 * nearest.position_error)} mm"
         if self.function:

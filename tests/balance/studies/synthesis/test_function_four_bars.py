@@ -192,7 +192,12 @@ def test_command_and_page(capsys, tmp_path):
         ("angle,rocker\n0,0\n", [], 3, "the columns must be crank, rocker"),
         ("crank,rocker\n0,0\n1,x\n", [], 3, "sample 2"),
         ("crank,rocker\n0,0\n1,1\n", [], 2, "give 3 to 20"),
-        ("crank,rocker\n0,0\n1,1\n2,1.5\n", ["--within", "2mm"], 2, "--within: no length"),
+        (
+            "crank,rocker\n0,0\n1,1\n2,1.5\n",
+            ["--within", "2mm"],
+            2,
+            "a unit of angle",
+        ),
         ("crank,rocker\n0,0\n1,1\n2,1.5\n", ["--start", "3"], 2, "two angles"),
         ("crank,rocker\n0,0\n1,1\n2,1.5\n", ["--positions", "0,0,0; 1,0,1"], 2, "not allowed"),
     ],

@@ -37,6 +37,36 @@ def add_synthesize(parser: Parser) -> None:
         "'balance report' and 'verify' do. Exits with 0 if one is confirmed and has no "
         "defects, 1 if there is none, 4 if none could be confirmed."
     )
+    _add_task_options(parser)
+    _add_method_options(parser)
+    add_density_option(
+        parser,
+        "matter of links or rotors",
+        steel=True,
+        thickness="of plates (default 1/20 or 1/8 of the base; rotors: no plates)",
+    )
+    parser.add_argument(
+        "--out", metavar="FILE.urdf", help="write the best mechanism as a URDF file"
+    )
+    add_table_option(parser, "write the motion of several inputs")
+    parser.add_argument(
+        "--slot",
+        type=_slot_path,
+        metavar="FILE.csv|.svg|.dxf",
+        help="write the slot in the base for a pin, in the nonlinear case",
+    )
+    add_picture_option(parser)
+    add_page_option(parser, "with the mechanism and the map")
+    add_json_option(parser, _run)
+    parser.group("output").add_argument(
+        "--overwrite",
+        action="store_true",
+        help="let a written file replace one that is read",
+    )
+
+
+def _add_task_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of positions and of functions."""
     task = parser.add_mutually_exclusive_group(required=True)
     task.add_argument(
         "--positions",
@@ -67,31 +97,6 @@ def add_synthesize(parser: Parser) -> None:
         "--timed",
         action="store_true",
         help="the degrees are those of the crank of a four-bar",
-    )
-    _add_method_options(parser)
-    add_density_option(
-        parser,
-        "matter of links or rotors",
-        steel=True,
-        thickness="of plates (default 1/20 or 1/8 of the base; rotors: no plates)",
-    )
-    parser.add_argument(
-        "--out", metavar="FILE.urdf", help="write the best mechanism as a URDF file"
-    )
-    add_table_option(parser, "write the motion of several inputs")
-    parser.add_argument(
-        "--slot",
-        type=_slot_path,
-        metavar="FILE.csv|.svg|.dxf",
-        help="write the slot in the base for a pin, in the nonlinear case",
-    )
-    add_picture_option(parser)
-    add_page_option(parser, "with the mechanism and the map")
-    add_json_option(parser, _run)
-    parser.group("output").add_argument(
-        "--overwrite",
-        action="store_true",
-        help="let a written file replace one that is read",
     )
 
 

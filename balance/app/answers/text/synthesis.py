@@ -82,27 +82,7 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
     if "transmission_angle" in numbers:
         angle = number_text(math.degrees(numbers["transmission_angle"]), ".3g")
         pairs.append(("transmission", f"{angle}° or more"))
-    if "rocker_start" in numbers:
-        links = (
-            f"{name} {number_text(numbers[name], '.6g')}"
-            for name in ("crank", "coupler", "rocker", "base")
-        )
-        starts = (
-            f"{name} at {_degrees(numbers[f'{name}_start'])}" for name in ("crank", "rocker")
-        )
-        pairs += [("lengths", f"{', '.join(links)} m"), ("start", ", ".join(starts))]
-    if "rms_distance" in numbers:
-        largest, mean = (
-            f"{number_text(1e3 * size, '.4g')} mm"
-            for size in (mechanism.position_error, numbers["rms_distance"])
-        )
-        pairs.append(("distances", f"{largest} at most, {mean} root mean square"))
-    if "rms_angle" in numbers:
-        worst, typical = (
-            f"{number_text(math.degrees(size), '.4g')}°"
-            for size in (mechanism.angle_error, numbers["rms_angle"])
-        )
-        pairs.append(("errors", f"{worst} at most, {typical} root mean square"))
+    pairs += _function_and_errors(mechanism)
     if "added_mass" in numbers:
         pairs.append(("added", f"{number_text(numbers['added_mass'], '.4g')} kg"))
     if "pressure_angle" in numbers:
@@ -132,6 +112,33 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
             ("centres", f"{centres} m"),
             ("inertias", f"{inertias} kg m²"),
         ]
+    return pairs
+
+
+def _function_and_errors(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
+    """List the links of a function, and the errors of what is only approached."""
+    pairs, numbers = [], mechanism.numbers
+    if "rocker_start" in numbers:
+        links = (
+            f"{name} {number_text(numbers[name], '.6g')}"
+            for name in ("crank", "coupler", "rocker", "base")
+        )
+        starts = (
+            f"{name} at {_degrees(numbers[f'{name}_start'])}" for name in ("crank", "rocker")
+        )
+        pairs += [("lengths", f"{', '.join(links)} m"), ("start", ", ".join(starts))]
+    if "rms_distance" in numbers:
+        largest, mean = (
+            f"{number_text(1e3 * size, '.4g')} mm"
+            for size in (mechanism.position_error, numbers["rms_distance"])
+        )
+        pairs.append(("distances", f"{largest} at most, {mean} root mean square"))
+    if "rms_angle" in numbers:
+        worst, typical = (
+            f"{number_text(math.degrees(size), '.4g')}°"
+            for size in (mechanism.angle_error, numbers["rms_angle"])
+        )
+        pairs.append(("errors", f"{worst} at most, {typical} root mean square"))
     return pairs
 
 

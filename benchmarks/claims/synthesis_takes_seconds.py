@@ -91,6 +91,30 @@ class ThroughThreeAtRandom(ThroughThree):
         return random_positions(3, seed)
 
 
+class ThroughThreeInTime(ThroughThree):
+    """Three points at given angles of the crank: those of the manual, and random ones.
+
+    Of those the last is a slow one: no matter fits its first set of rotors.
+    """
+
+    params = tuple(("timed", seed) for seed in (-1, 0, 2, 4, 7))
+    claims = (("time_synthesis", 3.0), ("track_unconfirmed", 0.0))
+
+    def positions_for(self, kind: str, seed: int) -> list[tuple]:
+        """Points in a square of 1 m; steps of the crank from 0.3 to 1.2 rad."""
+        if seed < 0:
+            angles = np.radians([10.0, 40.0, 75.0])
+            return [(0.3, 0.1, angles[0]), (0.2, 0.3, angles[1]), (0.0, 0.4, angles[2])]
+        rng = np.random.default_rng([3, seed])
+        points, steps = rng.uniform(-0.5, 0.5, (3, 2)), rng.uniform(0.3, 1.2, 2)
+        angles = np.cumsum([0.0, *steps])
+        return [(*point, angle) for point, angle in zip(points, angles, strict=True)]
+
+    def synthesis(self, kind: str, count: int) -> Synthesis:
+        """The tool turns as it may."""
+        return synthesize(self.positions, kind="geared-four-bar", timed=True)
+
+
 class ThroughFive(ThroughThree):
     """Five positions of the coupler of a known four-bar."""
 

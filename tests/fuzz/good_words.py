@@ -91,6 +91,8 @@ def needed(verb: str, given: Collection[str]) -> list[str]:
 
 # What every synthesis needs.
 POSITIONS = ("--positions", "0.3,0.1,11; 0.1,0.4,-40")
+# What a function needs.
+GEARED = ("--kind", "geared-four-bar")
 # What every plan of a motion needs.
 PLAN = ("--plan", "--tries", "2")
 BEAM = "length:1,EI:1,rhoA:1"
@@ -201,6 +203,9 @@ GOOD: dict[str, list[str]] = {
     "--ratio": ["-0.5", *POSITIONS, "--moving", "0.2,-0.1"],
     "--nonlinear": [*POSITIONS, "--fixed", "0.2,-0.1"],
     "--timed": ["--positions", "0.3,0.1,10; 0.2,0.3,40; 0,0.4,75", "--kind", "geared-four-bar"],
+    "--function": ["{function}", *GEARED],
+    "synthesize --start": ["30,60", "--function", "{function}", *GEARED],
+    "--base-length": ["400mm", "--function", "{function}", *GEARED],
     "--fixed": ["0.2,-0.1", *POSITIONS], "--moving": ["0.2,-0.1", *POSITIONS],
     "--masses": ["{masses}", *POSITIONS, "--moving", "0.2,-0.1"],
     "--window": ["0.1,2", *POSITIONS, "--nonlinear", "--fixed", "0.2,-0.1"],

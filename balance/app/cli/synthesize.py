@@ -32,24 +32,12 @@ Positions = list[tuple[float, float, float]]
 def add_synthesize(parser: Parser) -> None:
     """Add the options of the command ``synthesize``."""
     parser.description = (
-        "Finds mechanisms that are balanced by design and whose tool passes "
-        "through positions in the plane, and confirms each as 'balance report' "
-        "and 'balance verify' do. Exits with 0 if one is confirmed and has no defects, 1 if "
-        "there is none, 4 if none could be confirmed."
+        "Finds mechanisms that are balanced by design and whose tool passes through positions "
+        "in the plane, or whose rocker follows a function, and confirms each as "
+        "'balance report' and 'verify' do. Exits with 0 if one is confirmed and has no "
+        "defects, 1 if there is none, 4 if none could be confirmed."
     )
-    parser.add_argument(
-        "--positions",
-        type=_positions,
-        required=True,
-        metavar='"x,y,deg; …"',
-        help="two or three of the tool, or more for others than pantographs: metres, and "
-        "degrees by which it turns",
-    )
-    parser.add_argument(
-        "--timed",
-        action="store_true",
-        help="the degrees are those by which the crank of any four-bar turns",
-    )
+    _add_task_options(parser)
     _add_method_options(parser)
     add_density_option(
         parser,
@@ -60,7 +48,7 @@ def add_synthesize(parser: Parser) -> None:
     parser.add_argument(
         "--out", metavar="FILE.urdf", help="write the best mechanism as a URDF file"
     )
-    add_table_option(parser, "write the motion of several inputs, for 'balance verify --csv'")
+    add_table_option(parser, "write the motion of several inputs")
     parser.add_argument(
         "--slot",
         type=_slot_path,
@@ -74,6 +62,41 @@ def add_synthesize(parser: Parser) -> None:
         "--overwrite",
         action="store_true",
         help="let a written file replace one that is read",
+    )
+
+
+def _add_task_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of positions and of functions."""
+    task = parser.add_mutually_exclusive_group(required=True)
+    task.add_argument(
+        "--positions",
+        type=_positions,
+        default=(),
+        metavar='"x,y,deg; …"',
+        help="two or three of the tool, or more for others than pantographs: metres, and "
+        "degrees by which it turns",
+    )
+    task.add_argument(
+        "--function",
+        metavar="FILE.csv",
+        help="or angles 'crank [deg],rocker [deg]' of any four-bar",
+    )
+    parser.add_argument(
+        "--start",
+        type=_start,
+        metavar="DEG,DEG",
+        help="both from the base at the first of three points",
+    )
+    parser.add_argument(
+        "--base-length",
+        type=positive_quantity("length"),
+        metavar="LENGTH",
+        help="of the four-bar of a function (default 1 m)",
+    )
+    parser.add_argument(
+        "--timed",
+        action="store_true",
+        help="the degrees are those of the crank of a four-bar",
     )
 
 
@@ -103,7 +126,7 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     case.add_argument(
         "--nonlinear",
         action="store_true",
-        help="let the ratio vary: pivots are searched that fit the masses",
+        help="let the ratio vary, and search the pivots",
     )
     pivot = parser.add_mutually_exclusive_group()
     pivot.add_argument(
@@ -120,9 +143,9 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--within",
-        type=positive_quantity("length"),
+        type=positive_quantity("length", "angle"),
         default=0.0,
-        metavar="LENGTH",
+        metavar="LENGTH|ANGLE",
         help="how far four or more may be missed (default: not)",
     )
     parser.add_argument(
@@ -134,7 +157,7 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
         "--window",
         type=_numbers,
         metavar="X0,X1[,Y0,Y1]",
-        help="where the free pivot, or for three positions the moving one, is searched",
+        help="where the free or the moving pivot is searched",
     )
 
 
@@ -166,10 +189,15 @@ def _synthesize(
     arguments: argparse.Namespace, advance: Callable[[int, int], None]
 ) -> Synthesis:
     """Call `synthesize` with the options."""
+    from balance.studies.synthesis.function_four_bars import read_function
     from balance.studies.synthesis.mass_file import read_masses
     from balance.studies.synthesis.synthesize import synthesize
 
     masses = None if arguments.masses is None else read_masses(arguments.masses)
+    function = () if arguments.function is None else read_function(arguments.function)
+    wanted = "angle" if function else "length"
+    if getattr(arguments.within, "quantity", "") not in ("", wanted):
+        arguments.refuse(f"--within: give a unit of {wanted}")
     return synthesize(
         arguments.positions,
         arguments.ratio,
@@ -183,6 +211,9 @@ def _synthesize(
         density=arguments.density,
         thickness=arguments.thickness,
         timed=arguments.timed,
+        function=function,
+        start=arguments.start,
+        base=arguments.base_length,
         progress=advance,
     )
 
@@ -223,6 +254,14 @@ def _positions(text: str) -> Positions:
         x, y, degrees = numbers
         positions.append((x, y, math.radians(degrees)))
     return positions
+
+
+def _start(text: str) -> tuple[float, ...]:
+    """Parse two angles of degrees."""
+    numbers = _split(text)
+    if len(numbers) != 2:
+        raise argparse.ArgumentTypeError(f"'{text}' is not two angles: write 30,60")
+    return tuple(map(math.radians, numbers))
 
 
 def _point(text: str) -> complex:

@@ -30,6 +30,8 @@ ROUNDED = (
     "matter in these regions does not balance it, and its lengths are rounded, so that no "
     "proof covers other masses"
 )
+# Why there is no verdict where no proof is asked for.
+UNPROVED = "no matter was found in these regions, and no proof was asked for"
 
 
 class LeastMatter(NamedTuple):
@@ -128,8 +130,8 @@ def least_matter(
 ) -> LeastMatter:
     """Find the least matter in some regions, or in wider ones if these are too small.
 
-    A verdict against it is given only after the integers of the space are certified; without a
-    proof of the gap wider regions are tried before. Who finds matter verifies the file with it.
+    A verdict against it is given only after the integers of the space are certified; without
+    proofs it is undecided. Who finds matter verifies the file with it.
 
     Args:
         links: links that may get matter.
@@ -137,7 +139,7 @@ def least_matter(
         density: density that the matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates on a planar linkage, m; None for other matter.
         whole: the space with all components of the momentum, if it is known.
-        prove: whether the gap is proved.
+        prove: whether the gap is proved, and a verdict against it.
     """
     flat = space.planar and space.balance == "dynamic" and thickness is None
     fill = partial(
@@ -153,8 +155,9 @@ def least_matter(
     narrow = not prove and matter.verdict == "infeasible" and bool(matter.chosen)
     if narrow and feasible(space).verdict != "infeasible":
         wider = fill(whole, links, wide)
-        if wider.verdict == "feasible":
-            return LeastMatter(wider, None)
+        if wider.verdict != "feasible":
+            wider = wider.undecided(UNPROVED, certificate=None, check=None)
+        return LeastMatter(wider, None)
     given, rounded, whole = space, whole, certify(whole)
     matter = fill(whole, links, regions)
     if matter.verdict != "infeasible":

@@ -61,7 +61,8 @@ class RemedyRequest:
             the least matter; 0 for none.
         density: density that added matter nowhere exceeds, kg/m³; None for point masses.
         thickness: that of plates of added matter on a planar linkage, m; None for other matter.
-        prove: whether the gap of the least matter is proved; see `balance.counterweights`.
+        prove: whether the gap of the least matter is proved, and that there is none; see
+            `balance.counterweights`.
     """
 
     linkage: Linkage

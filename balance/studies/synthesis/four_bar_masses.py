@@ -74,10 +74,11 @@ def four_bar_urdf(
         name: of the robot; its kind by default.
     """
     at = four_bar.pivots()
-    tool = four_bar.first
+    tool, carrier = four_bar.first, four_bar.tool_link
     crank, tip = at["crank_base"], at["crank_tip"]
     yaw = number_words([0.0, 0.0, tool.angle])
-    turned = Element("origin", {**plane_origin(tool.point - tip).attributes, "rpy": yaw})
+    foot = tip if carrier == "coupler" else at["rocker_base"]
+    turned = Element("origin", {**plane_origin(tool.point - foot).attributes, "rpy": yaw})
     parts = [
         *(make_elements.link(link, (inertials or {}).get(link)) for link in LINKS),
         make_elements.hinge(
@@ -85,7 +86,7 @@ def four_bar_urdf(
         ),
         make_elements.hinge("coupler_joint", "crank", "coupler", plane_origin(tip - crank)),
         make_elements.hinge("rocker_joint", "base", "rocker", plane_origin(at["rocker_base"])),
-        make_elements.joint("tool_fixed", "fixed", "coupler", "tool", turned),
+        make_elements.joint("tool_fixed", "fixed", carrier, "tool", turned),
         make_elements.loop(
             "tip_joint",
             "revolute",

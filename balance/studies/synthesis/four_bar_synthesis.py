@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from balance.motion.motion_tolerances import SYNTHESIS_MET
 from balance.space.spaces.design_space import DesignSpace
+from balance.studies.synthesis.circle_points import MOST_POSITIONS
 from balance.studies.synthesis.confirm import confirm_balance
 from balance.studies.synthesis.four_bar_masses import balanced_masses, bare_space, four_bar_urdf
 from balance.studies.synthesis.four_bars import (
@@ -21,10 +21,16 @@ from balance.studies.synthesis.four_bars import (
     FourBarDesign,
     four_bars_through,
 )
+from balance.studies.synthesis.function_four_bars import function_four_bars
 from balance.studies.synthesis.geared_four_bar import balanced_by_rotors
 from balance.studies.synthesis.general_four_bars import GeneralFourBar, general_four_bars
 from balance.studies.synthesis.many_positions import four_bars_near
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
+from balance.studies.synthesis.near_four_bars import (
+    REMARK,
+    near_function_four_bars,
+    near_timed_four_bars,
+)
 from balance.studies.synthesis.positions import size_of
 from balance.studies.synthesis.request import SynthesisRequest
 from balance.studies.synthesis.six_bars import six_bars
@@ -43,6 +49,8 @@ THICKNESS = (1.0 / 20.0, 1.0 / 8.0)
 # Most general four-bars that are balanced, of which the lightest is the best, by the number of
 # positions: each costs half a second.
 GEARED = {2: 1, 3: 1, 4: 3, 5: 3}
+# Length of the base of a function, metres, if none is given.
+BASE = 1.0
 # Most six-bars whose masses are found, of which the lightest is the best.
 SIX_BARS = 2
 
@@ -50,7 +58,7 @@ SIX_BARS = 2
 def special_four_bars(request: SynthesisRequest) -> Synthesis:
     """Search balanced four-bars, and masses for the best of each kind."""
     mechanisms, count, unbuilt = [], 0, False
-    within = max(request.within, SYNTHESIS_MET * size_of(request.positions))
+    within = request.tolerance
     for done, kind in enumerate(FOUR_BARS, 1):
         if len(request.positions) > 3:
             designs = four_bars_near(request.positions, kind)
@@ -104,7 +112,7 @@ def _of_plates(
 def slider_cranks(request: SynthesisRequest) -> Synthesis:
     """Find the slider-crank of the positions, and its masses."""
     size = size_of(request.positions)
-    within = max(request.within, SYNTHESIS_MET * size)
+    within = request.tolerance
     design = slider_crank_through(request.positions, fixed=request.fixed, moving=request.moving)
     length = abs(design.crank)
     in_reach = SMALLEST * size < length and design.spread < LARGEST * size
@@ -158,7 +166,7 @@ def _confirmed(
         tuple(each.angle - first for each in design.positions),
         design.error,
         design.angle_error,
-        design.miss <= within,
+        design.meets(within),
         design.tool_points(turns),
         tuple(map(design.outline, range(len(alpha)))),
         design.defects,
@@ -167,45 +175,61 @@ def _confirmed(
         None,
         confirm_balance(urdf, certified=False),
         numbers | design.numbers,
+        positions=design.positions,
     )
 
 
 def geared_four_bars(request: SynthesisRequest) -> Synthesis:
     """Search general four-bars without defects, and balance the best by rotors."""
-    size = size_of(request.positions)
     designs = _general_designs(request)
-    most = GEARED[len(request.positions)]
+    most = GEARED.get(request.count, 1)
     mechanisms: list[SynthesizedMechanism] = []
     for done, four_bar in enumerate(designs[:TRIES], 1):
         applied = balanced_by_rotors(four_bar, request.density, request.thickness)
         if applied is not None:
             assert applied.urdf is not None and applied.added_mass is not None
             numbers = {"added_mass": applied.added_mass}
-            within = SYNTHESIS_MET * size
-            mechanisms.append(_confirmed(four_bar, applied.urdf, numbers, within))
+            mechanisms.append(_confirmed(four_bar, applied.urdf, numbers, request.tolerance))
         if request.progress is not None:
             request.progress(min(done, most), most)
         if len(mechanisms) == most:
             break
     ranks = rank_least_first([mechanism.numbers["added_mass"] for mechanism in mechanisms])
     ranked = sorted((mechanisms[k] for k in ranks), key=lambda mechanism: not mechanism.good)
-    remark = "links: bars of steel; tool: 1 kg; a rotor turns three times as far as its joint"
-    return make_synthesis(request, ranked, len(designs), (remark,))
+    tool = "" if request.function else " tool: 1 kg;"
+    remark = f"links: bars of steel;{tool} a rotor turns three times as far as its joint"
+    return make_synthesis(request, ranked, len(designs), (remark, *_search_remarks(request)))
+
+
+def _search_remarks(request: SynthesisRequest) -> tuple[str, ...]:
+    """Say how general four-bars were searched, if they need not be the nearest."""
+    return (REMARK,) if request.count > MOST_POSITIONS else ()
 
 
 def _general_designs(request: SynthesisRequest) -> tuple[GeneralFourBar, ...]:
     """Find general four-bars without defects."""
+    exact = request.count <= MOST_POSITIONS
+    if request.function:
+        base = request.base or BASE
+        if exact:
+            return function_four_bars(request.function, start=request.start, base=base)
+        return near_function_four_bars(request.function, base=base)
     if request.timed:
-        return timed_four_bars(request.positions)
+        return (timed_four_bars if exact else near_timed_four_bars)(request.positions)
     return general_four_bars(request.positions, fixed=request.fixed, moving=request.moving)
 
 
 def dyad_six_bars(request: SynthesisRequest) -> Synthesis:
     """Search general four-bars without defects, and balance the best by an added dyad."""
-    within = SYNTHESIS_MET * size_of(request.positions)
+    within = request.tolerance
     designs = _general_designs(request)
     mechanisms: list[tuple[SynthesizedMechanism, str]] = []
-    for design, space in six_bars(designs, request.progress)[:TRIES]:
+    pairs, most = six_bars(designs, request.progress), SIX_BARS
+    if request.count > MOST_POSITIONS:
+        # The nearest one, not the lightest of two.
+        nearest = rank_least_first([design.root_mean_square for design, _ in pairs])
+        pairs, most = tuple(pairs[k] for k in nearest), 1
+    for design, space in pairs[:TRIES]:
         base = design.numbers["base"]
         plates: list[float | None] = [part * base for part in THICKNESS]
         if request.thickness is not None or request.density is None:
@@ -216,11 +240,11 @@ def dyad_six_bars(request: SynthesisRequest) -> Synthesis:
         mechanism = next((each for each in tried if each is not None), None)
         if mechanism is not None:
             mechanisms.append((mechanism, design.words))
-        if len(mechanisms) == SIX_BARS:
+        if len(mechanisms) == most:
             break
     ranks = rank_least_first([_mass_of(mechanism) for mechanism, _ in mechanisms])
     ranked = sorted((mechanisms[k] for k in ranks), key=lambda pair: not pair[0].good)
-    remarks = tuple(words for _, words in ranked[:1])
+    remarks = (*(words for _, words in ranked[:1]), *_search_remarks(request))
     count = len(mechanisms) or len(designs)
     return make_synthesis(request, [mechanism for mechanism, _ in ranked], count, remarks)
 
@@ -237,8 +261,11 @@ def make_synthesis(
     remarks: tuple[str, ...] = (),
 ) -> Synthesis:
     """Make the result of a request from its mechanisms, the best first."""
+    positions = request.positions
+    if request.function and mechanisms:
+        positions = mechanisms[0].positions
     return Synthesis(
-        request.positions,
+        positions,
         request.kind,
         None,
         tuple(mechanisms),
@@ -248,4 +275,5 @@ def make_synthesis(
         density=request.density,
         thickness=request.thickness,
         timed=request.timed,
+        function=request.function,
     )

@@ -57,11 +57,13 @@ class CouplerMotion(ABC):
         kind: of the mechanism.
         positions: of the tool.
         crank_angles: of the crank at each position, radians.
+        tool_link: link that carries the tool.
     """
 
     kind: str
     positions: tuple[Position, ...]
     crank_angles: tuple[float, ...]
+    tool_link: str = "coupler"
 
     @property
     @abstractmethod
@@ -99,19 +101,33 @@ class CouplerMotion(ABC):
     @property
     def error(self) -> float:
         """Largest distance of the tool from its positions, metres."""
+        return float(self._distances.max())
+
+    @property
+    def _distances(self) -> Array:
+        """Distances of the tool from its positions (n,), metres."""
         points = self.tool_points(self.crank_angles)
-        return float(np.abs(points - [each.point for each in self.positions]).max())
+        return np.abs(points - [each.point for each in self.positions])
 
     @property
     def angle_error(self) -> float:
         """Largest difference of the angle of the tool from those of its positions, radians."""
+        return float(self._angle_errors.max())
+
+    @property
+    def _angle_errors(self) -> Array:
+        """Sizes of the differences of the angle of the tool from those (n,), radians."""
         wanted = np.exp(-1j * np.array([each.angle for each in self.positions]))
-        return float(np.abs(np.angle(self.tool_turns(self.crank_angles) * wanted)).max())
+        return np.abs(np.angle(self.tool_turns(self.crank_angles) * wanted))
 
     @property
     def miss(self) -> float:
         """The larger of both, metres: the angle as an arc of the size of the positions."""
         return max(self.error, size_of(self.positions) * self.angle_error)
+
+    def meets(self, within: float) -> bool:
+        """Whether it misses no position by more than a distance, metres."""
+        return self.miss <= within
 
     @property
     def spread(self) -> float:

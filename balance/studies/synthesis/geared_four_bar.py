@@ -1,8 +1,9 @@
 """A general four-bar balanced by counterweights, and by rotors that gears turn against it.
 
-Its links are bars of steel (`steel_links`), which stay. Counterweights balance the forces, and
-rotors that gears turn backwards, at as few joints as possible, the moments: the remedy
-``separate_rotors`` of `balance.compare_remedies`. The file has the gears as ``<mimic>``.
+Its links are bars of steel (`steel_links`), which stay; the tip of a rocker carries no tool.
+Counterweights balance the forces, and rotors that gears turn backwards, at as few joints as
+possible, the moments: the remedy ``separate_rotors`` of `balance.compare_remedies`. The file
+has the gears as ``<mimic>``.
 
 Source: R. S. Berkof, Mechanism and Machine Theory 8(3), 1973: two rotors are enough if the
 coupler is a physical pendulum.
@@ -39,12 +40,13 @@ def balanced_by_rotors(
     """
     at = four_bar.pivots()
     G, W, Z, H = (at[name] for name in ("crank_base", "crank_tip", "rocker_tip", "rocker_base"))
-    tool = four_bar.first.point - W
-    lengths = [abs(W - G), abs(Z - W), abs(Z - H), abs(tool)]
+    tool = four_bar.first.point - W if four_bar.tool_link == "coupler" else None
+    corners = [0j, Z - W] if tool is None else [0j, Z - W, tool, 0j]
+    lengths = [abs(W - G), abs(Z - H), *map(abs, corners)]
     width = bar_width(lengths)
     inertials = {
         "crank": bars_inertial([0j, W - G], width),
-        "coupler": bars_inertial([0j, Z - W, tool, 0j], width, tool),
+        "coupler": bars_inertial(corners, width, tool),
         "rocker": bars_inertial([0j, Z - H], width),
     }
     try:

@@ -39,6 +39,8 @@ LEAST, AMPLE = math.radians(10.0), math.radians(35.0)
 SHORTEST, FARTHEST = 0.05, 20.0
 # Most designs that are returned.
 MOST = 500
+# Angles of the crank at which the turn of the tool is followed.
+SAMPLES = 200
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,8 @@ class GeneralFourBar(CouplerMotion):
         rocker_tip: of the rocker.
         crank_angles: of the crank at each position, radians, inertial frame; monotone.
         transmission: least angle between coupler and rocker, or its supplement, on the way.
+        tool_link: ``"coupler"``, or ``"rocker"`` if its tip is the tool, and turns with it.
+        start: pose of the tool at the first angle of the crank; None: the first position.
     """
 
     positions: tuple[Position, ...]
@@ -62,6 +66,8 @@ class GeneralFourBar(CouplerMotion):
     rocker_tip: complex
     crank_angles: tuple[float, ...]
     transmission: float
+    tool_link: str = "coupler"
+    start: Position | None = None
 
     kind = "geared four-bar"
     defects = ()
@@ -69,12 +75,43 @@ class GeneralFourBar(CouplerMotion):
     @property
     def first(self) -> Position:
         """Pose of the tool at the first angle of the crank."""
-        return self.positions[0]
+        return self.start or self.positions[0]
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Lengths of crank and base, metres, and the transmission angle, radians."""
-        return super().numbers | {"transmission_angle": self.transmission}
+        """Lengths of crank and base, metres, and the transmission angle, radians.
+
+        If the rocker is the tool, those of all links and the angles of crank and rocker from
+        the base at the first position; if it is near its positions, the root mean square of
+        its errors.
+        """
+        numbers = super().numbers | {"transmission_angle": self.transmission}
+        if self.tool_link == "rocker":
+            rocker = self.rocker_tip - self.rocker_base
+            numbers |= {
+                "coupler": abs(self.rocker_tip - self.crank_tip),
+                "rocker": abs(rocker),
+                "crank_start": self.crank_angles[0],
+                "rocker_start": cmath.phase(rocker),
+            }
+        if self.start is None:
+            return numbers
+        name = "rms_distance" if self.tool_link == "coupler" else "rms_angle"
+        return numbers | {name: self.root_mean_square}
+
+    @property
+    def root_mean_square(self) -> float:
+        """Of the distances from positions, metres, or of the errors of a rocker, radians."""
+        errors = self._distances if self.tool_link == "coupler" else self._angle_errors
+        return float(np.sqrt(np.mean(errors**2)))
+
+    def meets(self, within: float) -> bool:
+        """Whether it misses no position by more than metres, or the rocker by radians."""
+        return (
+            super().meets(within)
+            if self.tool_link == "coupler"
+            else (self.angle_error <= within)
+        )
 
     def pivots(self, index: int = 0) -> dict[str, complex]:
         """Compute the pivots at a position, metres, inertial frame."""
@@ -105,8 +142,23 @@ class GeneralFourBar(CouplerMotion):
     def tool_turns(self, crank_angles: ArrayLike) -> ComplexArray:
         """Compute ``e^(iθ)`` of the angle of the tool for angles of the crank."""
         A, B = self._tips(crank_angles)
-        turns = (B - A) / (self.rocker_tip - self.crank_tip) * cmath.exp(1j * self.first.angle)
-        return np.asarray(turns)
+        from_tip = B - A, self.rocker_tip - self.crank_tip
+        from_base = B - self.rocker_base, self.rocker_tip - self.rocker_base
+        moved, first = from_tip if self.tool_link == "coupler" else from_base
+        return np.asarray(moved / first * cmath.exp(1j * self.first.angle))
+
+    def tool_angles(self) -> Array:
+        """Compute the turn of the tool from the first angle of the crank to each, radians.
+
+        Whole turns on the way count.
+        """
+        alpha = np.array(self.crank_angles)
+        way = np.linspace(alpha[0], alpha[-1], SAMPLES)
+        turned = np.unwrap(np.angle(self.tool_turns(way)))
+        parts = (alpha - alpha[0]) / (alpha[-1] - alpha[0])
+        near = np.interp(parts, np.linspace(0.0, 1.0, SAMPLES), turned - turned[0])
+        turns = np.angle(self.tool_turns(alpha) * np.exp(-1j * turned[0]))
+        return np.asarray(turns + 2.0 * np.pi * np.round((near - turns) / (2.0 * np.pi)))
 
 
 def general_four_bars(
@@ -158,9 +210,11 @@ def merit(transmission: Array, spread: Array) -> Array:
 
     Args:
         transmission: least transmission angle, radians (n,).
-        spread: largest distance of a pivot from the tool, in sizes of the positions (n,).
+        spread: largest distance of a pivot from the tool, in sizes of the positions (n,);
+            infinite: its transmission alone counts.
     """
-    return np.where(transmission > AMPLE, spread, FARTHEST * (2.0 - transmission))
+    small = (transmission > AMPLE) & np.isfinite(spread)
+    return np.where(small, spread, FARTHEST * (2.0 - transmission))
 
 
 class _Pairs(NamedTuple):
@@ -188,11 +242,9 @@ def _judge_pairs(positions: tuple[Position, ...], cranks: Cranks, rockers: Crank
     i, j = np.nonzero(fits)
     if not i.size:
         return _Pairs([], [], [], [])
-    lengths = _Lengths(*(each[i, j] for each in links))
+    lengths = Lengths(*(each[i, j] for each in links))
     alpha = np.angle((tips[:, i, 0] - G[i, 0]) / (H[0, j] - G[i, 0]))
-    ways = [_transmission(lengths, alpha, sign) for sign in (1.0, -1.0)]
-    sign = np.where(ways[0] >= ways[1], 1.0, -1.0)
-    best = np.maximum(*ways)
+    best, sign = largest_transmission(lengths, alpha)
     kept = np.flatnonzero(best > LEAST)
     key = merit(best[kept], spread[i, j][kept] / size)
     kept = kept[rank_least_first(key.tolist())][:MOST]
@@ -203,7 +255,7 @@ def _judge_pairs(positions: tuple[Position, ...], cranks: Cranks, rockers: Crank
     )
 
 
-class _Lengths(NamedTuple):
+class Lengths(NamedTuple):
     """Lengths of crank, coupler, rocker and base (n,)."""
 
     crank: Array
@@ -212,12 +264,27 @@ class _Lengths(NamedTuple):
     base: Array
 
 
+def largest_transmission(lengths: Lengths, alpha: Array) -> tuple[Array, Array]:
+    """Compute the least transmission angle on the way, in the better direction of the crank.
+
+    Args:
+        lengths: of the links (n,).
+        alpha: angles of the crank from the base at the positions (p, n).
+
+    Returns:
+        Radians (n,), -1 where the crank cannot go through the positions so; and the direction,
+        1 or -1.
+    """
+    ways = [_transmission(lengths, alpha, sign) for sign in (1.0, -1.0)]
+    return np.maximum(*ways), np.where(ways[0] >= ways[1], 1.0, -1.0)
+
+
 def _from_first(alpha: Array, sign: Array | float) -> Array:
     """Compute the turns of a crank from the first position in a direction (p, n), within 2π."""
     return np.asarray(sign * np.mod(sign * (alpha - alpha[0]), 2.0 * np.pi))
 
 
-def _transmission(lengths: _Lengths, alpha: Array, sign: float) -> Array:
+def _transmission(lengths: Lengths, alpha: Array, sign: float) -> Array:
     """Compute the least transmission angle if the crank turns in a direction.
 
     Returns:
@@ -225,13 +292,23 @@ def _transmission(lengths: _Lengths, alpha: Array, sign: float) -> Array:
     """
     turned = sign * _from_first(alpha, sign)
     ordered = (np.diff(turned, axis=0) > 0.0).all(axis=0)
-    start, span = sign * alpha[0], turned[-1]
+    cosine = largest_cosine(lengths, sign * alpha[0], turned[-1])
+    angle = np.arccos(np.minimum(cosine, 1.0))
+    return np.where(ordered & (cosine < 1.0), angle, -1.0)
+
+
+def largest_cosine(lengths: Lengths, start: Array, span: Array) -> Array:
+    """Compute the largest ``|cos μ|`` on the way of a crank; 1 and more if the linkage folds.
+
+    Args:
+        lengths: of the links (n,).
+        start: first angle of the crank from the base, radians (n,).
+        span: what it turns from there, positive (n,).
+    """
     a, b, c, g = lengths
-    cosines = [np.cos(alpha[0]), np.cos(alpha[-1])]
+    cosines = [np.cos(start), np.cos(start + span)]
     for at, cosine in ((0.0, 1.0), (np.pi, -1.0)):
         passed: Flags = np.mod(at - start, 2.0 * np.pi) <= span
         cosines.append(np.where(passed, cosine, cosines[0]))
     diagonal = a**2 + g**2 - 2.0 * a * g * np.stack(cosines)
-    cosine = np.abs((b**2 + c**2 - diagonal) / (2.0 * b * c)).max(axis=0)
-    angle = np.arccos(np.minimum(cosine, 1.0))
-    return np.where(ordered & (cosine < 1.0), angle, -1.0)
+    return np.asarray(np.abs((b**2 + c**2 - diagonal) / (2.0 * b * c)).max(axis=0))

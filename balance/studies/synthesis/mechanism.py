@@ -16,6 +16,7 @@ from balance.studies.synthesis.construction import Construction
 from balance.studies.synthesis.couplings import Coupling
 from balance.studies.synthesis.error_map import AngleErrorMap
 from balance.studies.synthesis.four_bars import FOUR_BARS
+from balance.studies.synthesis.function_four_bars import FunctionPoint
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.three_positions import CrossingMap
 from balance.support.result_files import WithPage, WithPicture, write_file
@@ -35,9 +36,10 @@ class SynthesizedMechanism:
         pivots: by name, at the first position; metres, inertial frame, complex.
         link_turns: turn of the first link, or of the crank, from the first position to each,
             radians.
-        tool_turns: of the tool.
+        tool_turns: of the tool, or of the rocker of a function.
         position_error: largest distance of the tool from its positions, metres.
-        angle_error: largest difference of its angle from theirs, radians.
+        angle_error: largest difference of its angle from theirs, or of that of the rocker from
+            the function, radians.
         meets: whether it meets the positions, or is as near as was asked.
         path: of the tool (N,), metres, complex.
         outlines: lines along the links at each position, with the tool, metres, complex.
@@ -52,6 +54,8 @@ class SynthesizedMechanism:
             name, radians; empty if that is the pose of the file.
         input_turns: of several inputs that are free: the turn of each from the first position
             to each position, by name, radians; empty if there is one.
+        positions: of the tool that were asked for, if the coupler or the rocker carries it;
+            empty for the others.
     """
 
     kind: str
@@ -71,6 +75,7 @@ class SynthesizedMechanism:
     numbers: dict[str, float] = field(default_factory=dict)
     first_position: dict[str, float] = field(default_factory=dict)
     input_turns: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    positions: tuple[Position, ...] = ()
 
     def to_urdf(self, path: str | PathLike[str] | None = None) -> bytes:
         """Return the file of the mechanism with its masses.
@@ -119,7 +124,8 @@ class Synthesis(WithPage, WithPicture):
     """Result of `synthesize`.
 
     Attributes:
-        positions: of the tool.
+        positions: of the tool; of a function, those of the tip of the rocker of the best
+            mechanism.
         kind: that was asked for, see `synthesize`.
         ratio: k of the linear case; None otherwise.
         mechanisms: the best ones first.
@@ -127,10 +133,12 @@ class Synthesis(WithPage, WithPicture):
         remarks: what was changed of the given masses, and where was searched.
         map: of the nonlinear case.
         construction: drawing of the linear case for two positions.
-        within: distance up to which positions count as met, metres; 0 if they are met exactly.
+        within: distance up to which positions count as met, metres, or error of the rocker of a
+            function, radians; 0 if they are met exactly.
         density: density of the matter of four-bars at most, kg/m³; None without a limit.
         thickness: of the plates that were asked for, metres.
         timed: whether the angles of the positions are those of the crank.
+        function: angles of crank and rocker, instead of positions; empty for none.
     """
 
     page_maker = "synthesis:synthesis_page"
@@ -148,6 +156,7 @@ class Synthesis(WithPage, WithPicture):
     density: float | None = None
     thickness: float | None = None
     timed: bool = False
+    function: tuple[FunctionPoint, ...] = ()
 
     @property
     def case(self) -> str:
@@ -166,12 +175,17 @@ class Synthesis(WithPage, WithPicture):
             for mechanism in self.mechanisms
         )
         unsure = unsure or (not self.mechanisms and (self.count > 0 or self._sampled))
-        return "undecided" if unsure else "infeasible"
+        return "undecided" if unsure or self._near else "infeasible"
 
     @property
     def _sampled(self) -> bool:
         """Whether there may be others than were tried: stacks, and turns of a free tool."""
-        return self.kind == "stack" or self.timed
+        return self.kind == "stack" or self.timed or bool(self.function)
+
+    @property
+    def _near(self) -> bool:
+        """Whether the best one is near, and others that were not tried may meet all."""
+        return self._sampled and bool(self.mechanisms) and not self.mechanisms[0].meets
 
     @property
     def words(self) -> str:
@@ -179,19 +193,33 @@ class Synthesis(WithPage, WithPicture):
         if not self.mechanisms and self.count:
             return f"undecided: {self._without_matter()}"
         if not self.mechanisms and self._sampled:
-            tried = "stacks" if self.kind == "stack" else "four-bars"
-            return f"undecided: none of the {tried} that were tried reaches all positions"
+            return f"undecided: {self._none_tried}"
         if not self.mechanisms:
             return "infeasible: no such mechanism passes through the positions"
         first = self.mechanisms[0]
-        through = "near" if self.within else "through"
         defects = "; ".join(defect.words for defect in first.defects)
         sentences = {
-            "feasible": f"{count_noun(self.count, 'mechanism')} {through} the positions",
-            "undecided": f"not confirmed: {first.confirmation.reason}",
+            "feasible": f"{count_noun(self.count, 'mechanism')} {self._through}",
+            "undecided": self._nearest()
+            if self._near
+            else f"not confirmed: {first.confirmation.reason}",
             "infeasible": defects if first.meets else self._nearest(),
         }
         return f"{self.verdict}: {sentences[self.verdict]}"
+
+    @property
+    def _through(self) -> str:
+        """Say where mechanisms pass."""
+        if self.function:
+            return f"whose rocker {'nearly ' * bool(self.within)}follows the function"
+        return f"{'near' if self.within else 'through'} the positions"
+
+    @property
+    def _none_tried(self) -> str:
+        """Say that none of those that were tried will do."""
+        tried = "stacks" if self.kind == "stack" else "four-bars"
+        reaches = "follows the function" if self.function else "reaches all positions"
+        return f"none of the {tried} that were tried {reaches}"
 
     def _without_matter(self) -> str:
         """Say that mechanisms pass through the positions, and have no masses."""
@@ -200,7 +228,7 @@ class Synthesis(WithPage, WithPicture):
         )
         thick = "" if self.thickness is None else f" in plates {self.thickness:g} m thick"
         return (
-            f"{count_noun(self.count, 'mechanism')} through the positions, but no "
+            f"{count_noun(self.count, 'mechanism')} {self._through}, but no "
             f"{matter}{thick} balances those that were tried: allow denser or thicker matter"
         )
 
@@ -208,18 +236,28 @@ class Synthesis(WithPage, WithPicture):
         """Say by how much the nearest mechanism misses the positions."""
         nearest = min(self.mechanisms, key=lambda mechanism: mechanism.position_error)
         names = " or ".join(FOUR_BARS) if self.kind == "four-bar" else self.kind
+        who = self._none_tried if self._sampled else f"no {names} meets all positions"
+        angle = f"{number_text(math.degrees(nearest.angle_error))}°"
         miss = f"{number_text(1e3 * nearest.position_error)} mm"
-        if nearest.angle_error > SYNTHESIS_ANGLE_MET:
-            miss += f" and {number_text(math.degrees(nearest.angle_error))}°"
+        if self.function:
+            miss = angle
+        elif nearest.angle_error > SYNTHESIS_ANGLE_MET:
+            miss += f" and {angle}"
+        limit = "an angle" if self.function else "a distance"
         return (
-            f"no {names} meets all positions; the nearest misses by up to {miss}: more is "
-            "accepted within a distance that is given"
+            f"{who}; the nearest misses by up to {miss}: more is accepted within {limit} that "
+            "is given"
         )
 
     def __repr__(self) -> str:
         """Up to five lines: the positions and the best mechanisms."""
         return repr_lines(
-            f"Synthesis of a {self.kind} through {len(self.positions)} positions",
+            f"Synthesis of a {self.kind} "
+            + (
+                f"for {len(self.function)} points of a function"
+                if self.function
+                else f"through {len(self.positions)} positions"
+            ),
             f"  {self.words}",
             *(
                 f"  {mechanism.kind} on {_point(z)}"
@@ -265,6 +303,7 @@ class Synthesis(WithPage, WithPicture):
             "density": self.density,
             "thickness": self.thickness,
             "timed": self.timed,
+            "function": [each._asdict() for each in self.function],
             "count": self.count,
             "mechanisms": [mechanism.to_dict() for mechanism in self.mechanisms],
             "contour": _contour(self.map),

@@ -7,15 +7,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from balance.masses.designs.density import STEEL
+from balance.motion.motion_tolerances import SYNTHESIS_ANGLE_MET, SYNTHESIS_MET
 from balance.studies.synthesis.circle_points import MOST_POSITIONS
+from balance.studies.synthesis.function_four_bars import FunctionPoint
 from balance.studies.synthesis.pantograph import PantographMasses
-from balance.studies.synthesis.positions import FARTHEST, Position
+from balance.studies.synthesis.positions import FARTHEST, MOST, Position, size_of
 from kinematics.errors import UsageError
 
 # Kinds whose coupler is that of any four-bar.
 GENERAL = ("geared-four-bar", "six-bar")
-# Fewest positions at given angles of the crank.
+# Fewest positions at given angles of the crank, and points of a function.
 FEWEST_TIMED = 3
 
 
@@ -32,10 +36,14 @@ class SynthesisRequest:
         masses: of the pantograph; by default in proportion to it.
         window: range of x of the free pivot, and of y for three positions, metres.
         progress: called with the number of steps done and of all steps.
-        within: distance up to which four-bars may miss four or more positions, metres.
+        within: distance up to which four-bars may miss four or more positions, metres; or error
+            of the rocker up to which they may miss a function, radians.
         density: density of the matter of four-bars at most, kg/m³; None for points.
         thickness: of plates that this matter is, metres; None to have it chosen.
         timed: whether the angles are those of the crank, and the tool turns as it may.
+        function: angles of crank and rocker, instead of positions; empty for none.
+        start: angles of both from the base at the first of three points, radians.
+        base: length of the base of a function, metres.
     """
 
     positions: tuple[Position, ...]
@@ -50,6 +58,21 @@ class SynthesisRequest:
     density: float | None = STEEL
     thickness: float | None = None
     timed: bool = False
+    function: tuple[FunctionPoint, ...] = ()
+    start: tuple[float, float] | None = None
+    base: float | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of positions, or of points of the function."""
+        return len(self.function or self.positions)
+
+    @property
+    def tolerance(self) -> float:
+        """Distance, metres, or angle of a rocker, radians, up to which the request is met."""
+        if self.function:
+            return max(self.within, SYNTHESIS_MET)
+        return max(self.within, SYNTHESIS_MET * size_of(self.positions))
 
     def check(self) -> None:
         """Refuse a request that contradicts itself.
@@ -59,30 +82,35 @@ class SynthesisRequest:
                 another kind.
         """
         chosen = (self.fixed is not None) + (self.moving is not None)
-        if self.timed:
+        approximate = (self.timed or bool(self.function)) and self.count > MOST_POSITIONS
+        if self.function:
+            self._check_function(chosen)
+        elif self.start is not None or self.base is not None:
+            raise UsageError("start angles and the length of the base are for a function")
+        elif self.timed:
             self._check_timing()
         if self.kind == "stack":
             self._check_stack(chosen)
-        elif len(self.positions) == 2 and chosen != 1:
+        elif self.count == 2 and chosen != 1:
             raise UsageError(
                 "two positions leave one pivot free: choose the fixed or the moving one, by "
                 "--fixed or --moving"
             )
-        elif len(self.positions) > 2 and chosen:
+        elif self.count > 2 and chosen:
             raise UsageError("three positions and more determine both pivots: choose none")
-        if len(self.positions) > 3 and self.kind == "pantograph":
+        if self.count > 3 and self.kind == "pantograph":
             raise UsageError(
                 "a pantograph passes through two or three positions: --kind four-bar goes "
                 "through four, and near more"
             )
-        if len(self.positions) > MOST_POSITIONS and self.kind in GENERAL:
+        if self.count > MOST_POSITIONS and self.kind in GENERAL and not approximate:
             raise UsageError(
                 f"a {self.kind} passes through up to five positions: "
                 "--kind four-bar goes near more"
             )
-        if self.within and self.kind in GENERAL:
+        if self.within and self.kind in GENERAL and not approximate:
             raise UsageError(f"a {self.kind} meets its positions: leave out 'within'")
-        if self.within and len(self.positions) < 4:
+        if self.within and self.count < 4:
             raise UsageError("two and three positions are met exactly: leave out 'within'")
         if not 0.0 <= self.within <= FARTHEST:
             raise UsageError(f"within = {self.within:g}: give a distance up to {FARTHEST:g} m")
@@ -122,19 +150,32 @@ class SynthesisRequest:
             raise UsageError(
                 f"timed positions are for the kinds {' and '.join(GENERAL)}: choose one of them"
             )
-        if not FEWEST_TIMED <= len(self.positions) <= MOST_POSITIONS:
+        _check_count(len(self.positions), "timed positions")
+        _check_crank([each.angle for each in self.positions], "timed positions")
+
+    def _check_function(self, chosen: int) -> None:
+        """Refuse a function that no rocker of a general four-bar can follow."""
+        if self.positions or self.timed or chosen:
+            raise UsageError("a function has neither positions nor pivots: give either")
+        if self.kind not in GENERAL:
             raise UsageError(
-                f"{len(self.positions)} timed positions: give {FEWEST_TIMED} to "
-                f"{MOST_POSITIONS}"
+                f"a function is for the kinds {' and '.join(GENERAL)}: choose one of them"
             )
-        turns = [each.angle - self.positions[0].angle for each in self.positions]
-        if turns[-1] < 0.0:
-            turns = [-turn for turn in turns]
-        if not all(a < b < math.tau for a, b in pairwise(turns)):
+        _check_count(self.count, "points of a function")
+        crank, rocker = np.array(self.function).T
+        if not (np.abs(self.function) <= FARTHEST).all():
+            raise UsageError(f"the angles of a function are finite numbers up to {FARTHEST:g}")
+        _check_crank(crank.tolist(), "a function")
+        if not SYNTHESIS_ANGLE_MET < np.ptp(rocker) < math.tau:
+            raise UsageError("the rocker of a function turns, by less than a turn")
+        if self.start is not None and self.count != FEWEST_TIMED:
             raise UsageError(
-                "the angles of timed positions are those of the crank: they rise or fall from "
-                "each to the next, by less than a turn in all"
+                f"start angles are for three points: they follow from {self.count} points"
             )
+        if self.start is not None and not (np.abs(self.start) <= FARTHEST).all():
+            raise UsageError(f"start angles are finite numbers up to {FARTHEST:g}")
+        if self.base is not None and not 0.0 < self.base <= FARTHEST:
+            raise UsageError(f"base {self.base:g} m: give a length up to {FARTHEST:g} m")
 
     def _check_matter(self) -> None:
         """Refuse a density or a thickness that matter cannot have."""
@@ -148,3 +189,21 @@ class SynthesisRequest:
             )
         if self.thickness is not None and self.density is None:
             raise UsageError("a thickness is for matter with a density: points have none")
+
+
+def _check_count(count: int, what: str) -> None:
+    """Refuse too few or too many points."""
+    if not FEWEST_TIMED <= count <= MOST:
+        raise UsageError(f"{count} {what}: give {FEWEST_TIMED} to {MOST}")
+
+
+def _check_crank(angles: list[float], what: str) -> None:
+    """Refuse angles of a crank that it does not pass one after the other within a turn."""
+    turns = [angle - angles[0] for angle in angles]
+    if turns[-1] < 0.0:
+        turns = [-turn for turn in turns]
+    if not all(a < b < math.tau for a, b in pairwise(turns)):
+        raise UsageError(
+            f"the angles of {what} are those of the crank: they rise or fall from each to the "
+            "next, by less than a turn in all"
+        )

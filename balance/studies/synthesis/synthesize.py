@@ -36,6 +36,7 @@ from balance.studies.synthesis.four_bar_synthesis import (
     slider_cranks,
     special_four_bars,
 )
+from balance.studies.synthesis.function_four_bars import FunctionPoint
 from balance.studies.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from balance.studies.synthesis.pantograph import (
     PantographMasses,
@@ -87,7 +88,7 @@ CLEAR = math.radians(15.0)
 
 
 def synthesize(
-    positions: Iterable[Sequence[float]],
+    positions: Iterable[Sequence[float]] = (),
     ratio: float | None = None,
     *,
     nonlinear: bool = False,
@@ -100,6 +101,9 @@ def synthesize(
     density: float | None = STEEL,
     thickness: float | None = None,
     timed: bool = False,
+    function: Iterable[Sequence[float]] = (),
+    start: Sequence[float] | None = None,
+    base: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Synthesis:
     """Find balanced mechanisms whose tool passes through positions.
@@ -111,8 +115,9 @@ def synthesize(
     length, through three, and near more; any four-bars, through up to five, with
     counterweights and geared rotors; any four-bars that a dyad makes six-bars which can be
     balanced; or three antiparallelograms, each on the coupler of the one before, with three
-    freedoms that are balanced and decoupled, through up to twenty. Every mechanism is written
-    as URDF and confirmed by the design space and by Pinocchio.
+    freedoms that are balanced and decoupled, through up to twenty. Instead of positions, the
+    rocker of any four-bar can follow a function of the crank. Every mechanism is written as
+    URDF and confirmed by the design space and by Pinocchio.
 
     Args:
         positions: of the tool: x and y in metres, the angle in radians; inertial frame.
@@ -127,16 +132,23 @@ def synthesize(
             x and y of the moving pivot for three; metres.
         within: distance up to which a four-bar or slider-crank may miss four or more positions,
             metres; its angle counts as an arc of the size of the positions. By default it meets
-            them.
+            them. Of six and more points of a function: the error of the rocker, radians.
         density: density that the links, or the counterweights and rotors of any four-bar,
             nowhere exceed, kg/m³; that of steel by default. None for points, denser than any
             material.
         thickness: of the plates that this matter is, metres. By default links are plates of a
             twentieth of the base, or of crank and coupler in line, or an eighth if those are
             too thin, and counterweights and rotors are no plates.
-        timed: whether the angles of three to five positions are those of the crank of any
+        timed: whether the angles of three to twenty positions are those of the crank of any
             four-bar, which rise or fall; the tool turns as it may (path generation with
-            prescribed timing). Only differences of the angles count.
+            prescribed timing). Only differences of the angles count. Up to five are met, more
+            are approached, in the sense of least squares next to many starts.
+        function: three to twenty pairs of angles of the crank, which rise or fall, and of the
+            rocker of any four-bar, radians (function generation); as for timed positions, only
+            differences count, and more than five are approached.
+        start: angles of both from the base at the first of three points of a function, radians;
+            by default those of the best four-bar.
+        base: length of the base of a function, metres; 1 by default. It is on the x-axis.
         progress: called with the number of steps done and of all steps.
 
     Returns:
@@ -149,7 +161,8 @@ def synthesize(
     Source:
         G. Becht, MSc thesis, TU Delft, 2020, chapter 3; four-bars: J. M. McCarthy, G. S. Soh,
         Geometric Design of Linkages, 2nd ed., 2011, chapter 5; timed: G. N. Sandor, A. G.
-        Erdman, Advanced Mechanism Design, vol. 2, 1984, chapter 3.
+        Erdman, Advanced Mechanism Design, vol. 2, 1984, chapter 3; functions: F. Freudenstein,
+        Trans. ASME 77, 1955, pp. 853-861.
 
     Example:
         >>> import balance
@@ -164,12 +177,21 @@ def synthesize(
         >>> path = balance.synthesize(places, kind="geared-four-bar", timed=True)
         >>> [round(turn, 9) for turn in path.mechanisms[0].link_turns]
         [0.0, 0.5, 1.1]
+
+        A rocker that turns as the square of the crank:
+
+        >>> square = [(0.2, 0.04), (0.6, 0.36), (1.0, 1.0)]
+        >>> rocker = balance.synthesize(kind="geared-four-bar", function=square)
+        >>> [round(turn, 9) for turn in rocker.mechanisms[0].tool_turns]
+        [0.0, 0.32, 0.96]
     """
     if kind not in KINDS:
         raise UsageError(f"no kind '{kind}': choose from {', '.join(KINDS)}")
     if (nonlinear or kind != "pantograph") and ratio is not None:
         raise UsageError("a ratio is for the linear case of a pantograph")
-    poses = check_positions(positions)
+    points = tuple(FunctionPoint(*map(float, each)) for each in function)
+    given = tuple(positions)
+    poses = check_positions(given) if given or not points else ()
     linear = kind == "pantograph" and not nonlinear
     request = SynthesisRequest(
         poses,
@@ -184,6 +206,9 @@ def synthesize(
         density,
         thickness,
         timed,
+        points,
+        None if start is None else (float(start[0]), float(start[1])),
+        base,
     )
     request.check()
     if kind != "pantograph":

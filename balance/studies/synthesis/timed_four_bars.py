@@ -53,8 +53,10 @@ NEAR = 3.0
 # Steps of Newton's method, many where two turns γ_2 nearly coincide; what is left when it ends,
 # and at most; how far two dyads differ at least, all over the size.
 STEPS, EXACT, LEFT, APART = 40, 1e-15, 1e-12, 1e-7
-# Angles of the crank at which the turn of the tool is followed.
-SAMPLES = 200
+
+
+# Shortest link over the longest one, from which a four-bar of ample transmission comes first.
+EVEN = 0.25
 
 
 class _Dyads(NamedTuple):
@@ -83,8 +85,10 @@ def timed_four_bars(positions: Sequence[Position]) -> tuple[GeneralFourBar, ...]
             which rise or fall by less than a turn. Only their differences count.
 
     Returns:
-        At most 500 without defects, in the order of `general_four_bars`. Their positions have
-        the angles of the tool, which is in line with the x-axis at the first.
+        At most 500 without defects, in the order of `general_four_bars`, but those with a link
+        that is less than a quarter of another one after all others of ample transmission: their
+        links turn fast, and take much matter. Their positions have the angles of the tool,
+        which is in line with the x-axis at the first.
 
     Example:
         >>> from balance.studies.synthesis.positions import Position
@@ -108,25 +112,25 @@ def timed_four_bars(positions: Sequence[Position]) -> tuple[GeneralFourBar, ...]
         )
         four_bars += pair_cranks(poses, Cranks(tip - size * W, tip), cranks_through(poses))
     transmission = np.array([each.transmission for each in four_bars])
-    spread = np.array([each.spread for each in four_bars])
+    spread = np.array([each.spread if _is_even(each) else np.inf for each in four_bars])
     ranks = rank_least_first(merit(transmission, spread / size).tolist())
     return tuple(_at_given_angles(four_bars[k], turned) for k in ranks[:MOST])
 
 
+def _is_even(four_bar: GeneralFourBar) -> bool:
+    """Whether no link is much shorter than another one."""
+    G, H, W, Z = four_bar.pivots().values()
+    links = abs(W - G), abs(Z - W), abs(Z - H), abs(H - G)
+    return min(links) > EVEN * max(links)
+
+
 def _at_given_angles(four_bar: GeneralFourBar, turned: Array) -> GeneralFourBar:
     """Put the crank at the given turns β_j, and count whole turns of the tool on the way."""
-    turned = np.concatenate([[0.0], turned])
     start = four_bar.crank_angles[0]
-    parts = np.linspace(0.0, 1.0, SAMPLES)
-    tool = np.unwrap(np.angle(four_bar.tool_turns(start + parts * turned[-1])))
-    near = np.interp(turned / turned[-1], parts, tool - tool[0])
-    turns = np.array([each.angle for each in four_bar.positions])
-    turns += 2.0 * np.pi * np.round((near - turns) / (2.0 * np.pi))
-    poses = zip(four_bar.positions, turns.tolist(), strict=True)
+    four_bar = replace(four_bar, crank_angles=(start, *(start + turned).tolist()))
+    poses = zip(four_bar.positions, four_bar.tool_angles().tolist(), strict=True)
     return replace(
-        four_bar,
-        positions=tuple(Position(each.x, each.y, angle) for each, angle in poses),
-        crank_angles=tuple((start + turned).tolist()),
+        four_bar, positions=tuple(Position(each.x, each.y, angle) for each, angle in poses)
     )
 
 

@@ -264,7 +264,8 @@ class _Curve(NamedTuple):
 
 def _mechanism_curves(synthesis: Synthesis) -> list[_Curve]:
     """Draw the best mechanism at its positions, its path, and the construction."""
-    name = "positions of the tool"
+    tool = "tip of the rocker" if synthesis.function else "tool"
+    name = f"positions of the {tool}"
     if synthesis.timed:
         points = np.array([each.point for each in synthesis.positions])
         curves = [_Curve(name, points, INK, "marks")]
@@ -276,7 +277,7 @@ def _mechanism_curves(synthesis: Synthesis) -> list[_Curve]:
     for k, outline in enumerate(best.outlines):
         colour = COLOURS[k % len(COLOURS)]
         curves.append(_Curve(f"position {k + 1}", np.array(outline), colour, "line", True))
-    curves.append(_Curve("path of the tool", best.path, GREY))
+    curves.append(_Curve(f"path of the {tool}", best.path, GREY))
     names = tuple(name.replace("_", " ") for name in best.pivots)
     pivots = np.array([*best.pivots.values()])
     curves.append(_Curve("pivots at position 1", pivots, INK, "marks", labels=names))
@@ -292,6 +293,8 @@ def _limits(curves: list[_Curve]) -> tuple[tuple[float, float], tuple[float, flo
     """Compute the ranges of x and y of curves without dashes, with a margin."""
     points = np.concatenate([each.points for each in curves if each.style != "dash"])
     points = points[np.isfinite(points)]
+    if not points.size:
+        return (-1.0, 1.0), (-1.0, 1.0)
     margin = MARGIN * max(np.ptp(points.real), np.ptp(points.imag), 1e-9)
     x, y = (
         (float(part.min() - margin), float(part.max() + margin))
@@ -336,7 +339,7 @@ def _pieces(contour: ZeroContour) -> Complex:
 def _arrows(positions: tuple[Position, ...]) -> Complex:
     """Draw the frames of the tool as short lines."""
     points = [each.point for each in positions]
-    size = 0.15 * max(abs(a - b) for a in points for b in points) or 0.1
+    size = 0.15 * max((abs(a - b) for a in points for b in points), default=0.0) or 0.1
     pieces = [
         (z, z + size * cmath.exp(1j * p.angle), np.nan)
         for z, p in zip(points, positions, strict=True)

@@ -75,7 +75,8 @@ def mechanism_motion(synthesis: Synthesis) -> dict[str, Any] | None:
         "q": [short(q) for q in motion.q],
         "chart": _chart(motion, at.tolist()),
     }
-    tool = {"name": "the tool", "part": int(part[body.link]), "point": start.tolist()}
+    name = "the tip of the rocker" if synthesis.function else "the tool"
+    tool = {"name": name, "part": int(part[body.link]), "point": start.tolist()}
     return {"scene": scene(linkage), "tool": tool, "runs": [run], "at": at.tolist()}
 
 

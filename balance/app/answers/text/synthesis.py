@@ -29,24 +29,39 @@ ANGLE_SHOWN = 1e-9
 
 def synthesis_facts(synthesis: Synthesis) -> list[tuple[str, str]]:
     """List the facts on a synthesis as pairs of label and value."""
-    at = "with the crank at" if synthesis.timed else "at"
-    places = "; ".join(
-        f"({number_text(each.x, '.6g')}, {number_text(each.y, '.6g')}) {at} "
-        f"{number_text(math.degrees(each.angle), '.6g')}°"
-        for each in synthesis.positions
-    )
     kind = (
         synthesis.kind
         if synthesis.kind != "pantograph"
         else f"{synthesis.kind}, {synthesis.case}"
     )
-    pairs = [("positions", places), ("mechanism", kind)]
+    pairs = [_asked(synthesis), ("mechanism", kind)]
     if synthesis.ratio is not None:
         pairs.append(("ratio", f"k = {number_text(synthesis.ratio, '.6g')}"))
     pairs += [("verdict", synthesis.words), *(("remark", words) for words in synthesis.remarks)]
     for mechanism in synthesis.mechanisms[:1]:
         pairs += _best(mechanism)
     return pairs
+
+
+def _asked(synthesis: Synthesis) -> tuple[str, str]:
+    """Write the positions, or the function, with their label."""
+    if synthesis.function:
+        turns = (tuple(map(_degrees, each)) for each in synthesis.function)
+        return "function", "; ".join(
+            f"crank {crank}, rocker {rocker}" for crank, rocker in turns
+        )
+    at = "with the crank at" if synthesis.timed else "at"
+    places = (
+        f"({number_text(each.x, '.6g')}, {number_text(each.y, '.6g')}) "
+        f"{at} {_degrees(each.angle)}"
+        for each in synthesis.positions
+    )
+    return "positions", "; ".join(places)
+
+
+def _degrees(angle: float) -> str:
+    """Write an angle of radians."""
+    return f"{number_text(math.degrees(angle), '.6g')}°"
 
 
 def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
@@ -67,6 +82,7 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
     if "transmission_angle" in numbers:
         angle = number_text(math.degrees(numbers["transmission_angle"]), ".3g")
         pairs.append(("transmission", f"{angle}° or more"))
+    pairs += _function_and_errors(mechanism)
     if "added_mass" in numbers:
         pairs.append(("added", f"{number_text(numbers['added_mass'], '.4g')} kg"))
     if "pressure_angle" in numbers:
@@ -96,6 +112,33 @@ def _best(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
             ("centres", f"{centres} m"),
             ("inertias", f"{inertias} kg m²"),
         ]
+    return pairs
+
+
+def _function_and_errors(mechanism: SynthesizedMechanism) -> list[tuple[str, str]]:
+    """List the links of a function, and the errors of what is only approached."""
+    pairs, numbers = [], mechanism.numbers
+    if "rocker_start" in numbers:
+        links = (
+            f"{name} {number_text(numbers[name], '.6g')}"
+            for name in ("crank", "coupler", "rocker", "base")
+        )
+        starts = (
+            f"{name} at {_degrees(numbers[f'{name}_start'])}" for name in ("crank", "rocker")
+        )
+        pairs += [("lengths", f"{', '.join(links)} m"), ("start", ", ".join(starts))]
+    if "rms_distance" in numbers:
+        largest, mean = (
+            f"{number_text(1e3 * size, '.4g')} mm"
+            for size in (mechanism.position_error, numbers["rms_distance"])
+        )
+        pairs.append(("distances", f"{largest} at most, {mean} root mean square"))
+    if "rms_angle" in numbers:
+        worst, typical = (
+            f"{number_text(math.degrees(size), '.4g')}°"
+            for size in (mechanism.angle_error, numbers["rms_angle"])
+        )
+        pairs.append(("errors", f"{worst} at most, {typical} root mean square"))
     return pairs
 
 

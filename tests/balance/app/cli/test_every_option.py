@@ -108,6 +108,8 @@ def filled(words, model, folder):
         np.savetxt(file, columns, "%.5f", ",", header=",".join(heads), comments="")
     way = [f"{0.01 * k:g},{1e-4 * k * k:g}" for k in range(9)]
     path.write_text("\n".join(["time,x", *way]), encoding="utf-8")
+    function = folder / "function.csv"
+    function.write_text("crank,rocker\n0,0\n0.35,0.4\n0.8,1.0\n", encoding="utf-8")
     masses = folder / "masses.json"
     masses.write_text(json.dumps(MASSES), encoding="utf-8")
     loops.write_text(PAIR + "type: ['3d']\n", encoding="utf-8")
@@ -124,6 +126,7 @@ def filled(words, model, folder):
             path=path,
             loops=loops,
             masses=masses,
+            function=function,
             loads=loads,
             torques=torques,
             dense=dense,

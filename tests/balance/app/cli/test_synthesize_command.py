@@ -178,7 +178,7 @@ EXTREME = {
     ("--positions '0,0,0; 1,0,0; 2,1,0' --kind slider-crank", 3, "differ in angle"),
     (f"--positions '{THREE}; 1,1,1; 1,2,3; 2,1,5' --kind six-bar", 2, "up to five positions"),
     (f"--positions '{THREE}; 1,1,1' --kind six-bar --within 1mm", 2, "meets its positions"),
-    (f"--positions '{TWO}' --kind six-bar --timed", 2, "2 timed positions: give 3 to 5"),
+    (f"--positions '{TWO}' --kind six-bar --timed", 2, "2 timed positions: give 3 to 20"),
     (f"--positions '{THREE}' --timed", 2, "for the kinds geared-four-bar and six-bar"),
     ("--positions '0,0,0; 1,0,9; 1,1,3' --kind six-bar --timed", 2, "rise or fall"),
     (f"--positions '{TWO}' --fixed 0,1 --density 2700", 2, "for four-bars"),

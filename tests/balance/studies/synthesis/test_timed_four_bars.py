@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -19,34 +18,11 @@ from kinematics import load
 from kinematics.errors import UsageError
 from kinematics.model.document.element import Document
 from tests.support.covering import number_of_cases
+from tests.support.planted_four_bars import move_file, planted_point
 
 PIVOTS = ("crank_base", "rocker_base", "crank_tip", "rocker_tip")
 PLACES = [(0.3, 0.1, 0.0), (0.2, 0.3, 0.5), (0.0, 0.4, 1.1), (-0.2, 0.35, 1.9)]
 TIMED = "0.3,0.1,10; 0.2,0.3,40; 0,0.4,75"
-
-
-def planted(count, seed):
-    """A four-bar on 0 and 1 with few folded poses: crank angles, both tips, and the point.
-
-    Transmission angles stay above 17°, twice the bound of the product.
-    """
-    rng = np.random.default_rng(seed)
-    while True:
-        a, b, c = rng.uniform(0.2, 1.2, 3)
-        turned = np.concatenate([[0.0], np.sort(rng.uniform(0.3, 3.5, count - 1))])
-        alpha = rng.uniform(0.0, 2.0 * np.pi) + rng.choice([-1.0, 1.0]) * turned
-        way = np.abs(1.0 - a * np.exp(1j * np.linspace(alpha[0], alpha[-1], 400)))
-        if np.abs((b**2 + c**2 - way**2) / (2.0 * b * c)).max() > np.cos(0.3):
-            continue
-        A = a * np.exp(1j * alpha)
-        gap = np.abs(1.0 - A)
-        along = (b**2 - c**2 + gap**2) / (2.0 * gap)
-        side = rng.choice([-1.0, 1.0]) * np.sqrt(b**2 - along**2)
-        B = A + (along + 1j * side) * (1.0 - A) / gap
-        arm = complex(*rng.normal(size=2))
-        points = A + arm * (B - A)
-        if np.diff(turned).min() > 0.2 and np.abs(points - points[0]).max() > 0.3:
-            return alpha, A, B, points, arm
 
 
 def timed(points, angles):
@@ -69,7 +45,7 @@ def test_five_points_have_the_four_bar_that_made_them_and_its_cognate():
     the rocker is parallel to B P.
     """
     for seed in range(number_of_cases(6, 60)):
-        alpha, A, B, points, arm = planted(5, seed)
+        alpha, A, B, points, arm = planted_point(5, seed)
         designs = timed_four_bars(timed(points, alpha))
         assert nearest(designs, (0.0, 1.0, A[0], B[0])) < 1e-9
         rocker_tip = 1.0 + points[0] - B[0]
@@ -81,7 +57,7 @@ def test_five_points_have_the_four_bar_that_made_them_and_its_cognate():
 
 def test_a_planted_crank_that_turns_otherwise_is_not_found():
     """The same places at another angle of the crank have not the same four-bar."""
-    alpha, A, B, points, _ = planted(5, 3)
+    alpha, A, B, points, _ = planted_point(5, 3)
     moved = alpha + np.array([0.0, 0.0, 1e-3, 0.0, 0.0])
     assert nearest(timed_four_bars(timed(points, moved)), (0.0, 1.0, A[0], B[0])) > 1e-5
 
@@ -92,46 +68,14 @@ def test_a_planted_crank_that_turns_otherwise_is_not_found():
 def test_files_lead_the_point_in_time(count):
     """The joints of a file without masses, its crank turned as asked, either way."""
     for seed in range(number_of_cases(1, 10)):
-        alpha, _, _, points, _ = planted(count, seed)
+        alpha, _, _, points, _ = planted_point(count, seed)
         designs = timed_four_bars(timed(points, alpha))
         for design in designs[:: len(designs) // 3 + 1]:
             turned = alpha - alpha[0]
-            there = tool_of_file(four_bar_urdf(design), turned)
+            there = move_file(four_bar_urdf(design), turned)[0]
             assert np.abs(there - points).max() < 1e-9
-            late = tool_of_file(four_bar_urdf(design), 1.01 * turned)
+            late = move_file(four_bar_urdf(design), 1.01 * turned)[0]
             assert np.abs(late - points)[1:].max() > 1e-4
-
-
-def vector(element):
-    x, y, _ = map(float, element.find("origin").get("xyz").split())
-    return complex(x, y)
-
-
-def tool_of_file(urdf, angles):
-    """Points of the tool of a file, its crank turned by angles: Newton's method on the loop."""
-    root = ElementTree.fromstring(urdf)
-    at = {each.get("name"): vector(each) for each in root.iter("joint")}
-    loop = root.find("loop")
-    on_coupler, on_rocker = vector(loop.find("predecessor")), vector(loop.find("successor"))
-    coupler = rocker = last = 0.0
-    points = []
-    for goal in angles:
-        # In small steps, so that the branch of the file is kept.
-        for angle in np.linspace(last, goal, 25)[1:] if goal != last else [goal]:
-            for _ in range(8):
-                tip = at["crank_joint"] + np.exp(1j * angle) * at["coupler_joint"]
-                arm = np.exp(1j * coupler) * on_coupler
-                leg = np.exp(1j * rocker) * on_rocker
-                gap = tip + arm - at["rocker_joint"] - leg
-                columns = np.array([1j * arm, -1j * leg])
-                step = np.linalg.solve(
-                    np.array([columns.real, columns.imag]), [gap.real, gap.imag]
-                )
-                coupler, rocker = coupler - step[0], rocker - step[1]
-            assert abs(gap) < 1e-12
-        last = goal
-        points.append(tip + np.exp(1j * coupler) * at["tool_fixed"])
-    return np.array(points)
 
 
 @pytest.mark.slow
@@ -145,7 +89,7 @@ def test_files_with_masses_are_balanced(kind, count, sign):
     synthesis = synthesize(places, kind=kind, timed=True)
     best = synthesis.mechanisms[0]
     assert synthesis.verdict == "feasible" and best.good
-    points = tool_of_file(best.urdf, [angle for *_, angle in places])
+    points = move_file(best.urdf, [angle for *_, angle in places])[0]
     assert np.abs(points - [complex(x, y) for x, y, _ in places]).max() < 1e-9
     assert best.link_turns == pytest.approx([angle for *_, angle in places], abs=1e-12)
     linkage = load(Document("timed", best.urdf))
@@ -155,13 +99,29 @@ def test_files_with_masses_are_balanced(kind, count, sign):
 
 @pytest.mark.slow
 def test_files_of_five_points_that_a_four_bar_made():
-    alpha, _, _, points, _ = planted(5, 1)
+    alpha, _, _, points, _ = planted_point(5, 1)
     places = [(z.real, z.imag, a) for z, a in zip(points, alpha, strict=True)]
     synthesis = synthesize(places, kind="geared-four-bar", timed=True)
     for each in synthesis.mechanisms:
-        there = tool_of_file(each.urdf, alpha - alpha[0])
+        there = move_file(each.urdf, alpha - alpha[0])[0]
         assert np.abs(there - points).max() < 1e-9
         assert verify(load(Document("timed", each.urdf)), trajectories=1).balanced
+
+
+def test_even_four_bars_come_first():
+    """Short couplers turn fast and take much matter: the best has none."""
+    designs = timed_four_bars([Position(*place) for place in PLACES[:3]])
+
+    def unevenness(each):
+        G, H, W, Z = each.pivots().values()
+        links = abs(W - G), abs(Z - W), abs(Z - H), abs(H - G)
+        return max(links) / min(links)
+
+    first = designs[0]
+    assert unevenness(first) < 4.0 and first.transmission > np.radians(35.0)
+    ample = [each for each in designs if each.transmission > np.radians(35.0)]
+    even = [each for each in ample if unevenness(each) < 4.0]
+    assert first.spread == pytest.approx(min(each.spread for each in even))
 
 
 def test_whole_turns_of_the_tool_count():
@@ -197,8 +157,8 @@ def test_places_that_no_tried_four_bar_reaches():
 @pytest.mark.parametrize(
     ("places", "options", "said"),
     [
-        (PLACES[:2], {}, "2 timed positions: give 3 to 5"),
-        ([*PLACES, (0, 0, 2), (0, 1, 3)], {}, "6 timed positions: give 3 to 5"),
+        (PLACES[:2], {}, "2 timed positions: give 3 to 20"),
+        (PLACES, {"within": 0.01}, "leave out 'within'"),
         (PLACES[:3], {"kind": "four-bar"}, "for the kinds geared-four-bar and six-bar"),
         (PLACES[:3], {"fixed": 0j}, "choose none"),
         ([*PLACES[:3], (0.0, 0.1, 0.9)], {}, "rise or fall"),

@@ -52,7 +52,7 @@ LEAST_PART = 1.0 / 64.0
 # Displacement of coordinates in central differences.
 DIFFERENCE = 1e-5
 # Part of the largest singular value below which directions of a step count as none.
-SINGULAR = 1e-9
+SINGULAR = 1e-8
 # First paths: how many of their polynomials move, and the size of their loops.
 LOOP_TERMS, LOOPS = 4, (0.5, 4.0)
 SEED = 5
@@ -419,6 +419,9 @@ def _least_norm_step(
     root = np.sqrt(1.0 / path.weights).repeat(x.shape[1], axis=1).ravel()
     residual, c = F.ravel(), path.coefficients.ravel()
     target = -residual + (J @ c if shorten else 0.0)
-    solution = np.linalg.lstsq(J * root, target, rcond=SINGULAR)[0] * root
+    J *= root
+    gram = J @ J.T
+    gram[np.diag_indices_from(gram)] += SINGULAR**2 * np.trace(gram)
+    solution = (J.T @ np.linalg.solve(gram, target)) * root
     step = solution - (c if shorten else 0.0)
     return np.asarray(step.reshape(path.coefficients.shape))

@@ -1,9 +1,9 @@
 """Integrals over the part of a unit ball where a quadratic constant along an axis is positive.
 
 Across the axis the part has a section in the unit disc, and its thickness over a point p of it
-is 2 h with ``h² = 1 - |p|²``. Along a ray from the middle of the disc, ``|p| = cos φ`` makes
-of powers of |p| and h trigonometric polynomials of φ, for which the formula of Gauss is exact to
-round-off. Only the sum over the rays is left (`disc_rays`), which is of one dimension.
+is 2 h with ``h² = 1 - |p|²``. Along a ray from the middle of the disc, ``|p| = cos φ`` makes of
+powers of |p| and h trigonometric polynomials of φ, for which the formula of Gauss is exact
+to round-off. Only the sum over the rays is left (`disc_rays`), which is of one dimension.
 """
 
 from __future__ import annotations

@@ -1,15 +1,15 @@
 """Rays from the middle of a unit disc to its rim, for the part where a quadratic is positive.
 
-On the ray of direction ``d(θ)`` the quadratic is ``a τ² + 2 b τ + c``. What an integral along the
-ray is of θ is analytic but where the quadratic vanishes at the rim, ``a + 2 b + c = 0``, and
+On the ray of direction ``d(θ)`` the quadratic is ``a τ² + 2 b τ + c``. An integral along it is
+analytic in θ but where the quadratic vanishes at the rim, ``a + 2 b + c = 0``, and
 where the ray touches the curve on which it vanishes, ``b² - a c = 0``: there it is a series of
 powers of the root of the distance. Both are trigonometric polynomials of θ. The real parts of
 all their roots divide the turn, and between two of them
 
     θ = θ_1 + (θ_2 - θ_1) x² (3 - 2 x),    0 < x < 1,
 
-makes the integrand analytic in x up to both ends, and the formula of Gauss converges as fast for
-a thin crescent at the rim as for a half disc.
+makes the integrand analytic in x up to both ends, and the formula of Gauss converges as fast
+for a thin crescent at the rim as for a half disc.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ DEPTHS = [0.3, 1e-2, 1e-3, 1e-4]
 
 @pytest.mark.parametrize("depth", DEPTHS)
 def test_a_thin_cap_has_the_moments_of_exact_arithmetic(depth):
-    """``(x - h) (x + 2)`` is positive in the cap beyond x = h; integrals over x of its discs."""
+    """``(x - h) (x + 2)`` is positive in the cap beyond x = h; integrals of its discs."""
     h = 1 - Fraction(depth)
     powers = [(1 - h**k) / k for k in range(6) if k]
     mass, first = powers[0] - powers[2], powers[1] - powers[3]

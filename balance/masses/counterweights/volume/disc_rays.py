@@ -64,4 +64,4 @@ def _roots(square: Array, linear: Array, constant: float) -> Array:
     # With z = exp(iθ) it is a polynomial of z over z².
     powers = np.array([fourth, third, second, third.conjugate(), fourth.conjugate()])
     powers[np.abs(powers) <= CURVATURE_ZERO * np.abs(powers).max()] = 0.0
-    return np.angle(np.roots(powers))
+    return np.asarray(np.angle(np.roots(powers)), dtype=np.float64)

@@ -71,8 +71,9 @@ def check_design(
         constraints: kept bodies, mass bounds, balls and densities, from ``Design.constraints``;
             none by default. Kept bodies must equal those of the file. Masses in files are
             rounded, so the conditions need then hold to 1e-9 only, and these bodies need not be
-            definite. Bounds, radii of balls and densities must hold to 1e-8 of their value, and
-            flat bodies whose density is limited are plates of their thickness to 1e-6 of it.
+            definite. Bounds and densities must hold to 1e-8 of their value, radii of balls to
+            1e-6, and flat bodies whose density is limited are plates to 1e-6 of their
+            thickness.
 
     Returns:
         The verdict on the design and its residuals.

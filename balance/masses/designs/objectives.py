@@ -22,7 +22,8 @@ that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))�
 
 With limits of density the size of a design is set, as by bounds. The cones of
 `balance.masses.designs.density_cone` measure each body by a design; a second solution measures
-it by the first one, since the best bodies may be a thousand times lighter.
+it by the first one, since the best bodies may be a thousand times lighter. It counts if the
+solver is as accurate then.
 """
 
 from __future__ import annotations
@@ -150,25 +151,39 @@ def minimise_objective(
         epsilon = min(distance, 0.5 * margin * trace / largest)
         trace_limit = TRACE_FACTOR * trace
     bounded = _BoundedGoal(program, cone, goal, epsilon * lower, trace_limit)
-    v = _solve(bounded)
-    if v is not None and not _within_densities(program, cone.at(v[:-1])):
+    solution = _solve(bounded)
+    if solution is not None and not _within_densities(program, cone.at(solution.v[:-1])):
         P = matrices_of(space, z)[list(program.free)] / program.unit
-        for _ in range(2):
-            limits = limit_rows(cone.blocks, P, program.densities)
-            v = _solve(bounded._replace(limits=limits))
-            if v is None:
-                return None
-            P = cone.at(v[:-1])
-            if not np.all(np.trace(P, axis1=1, axis2=2) > 0.0):
-                # Next to no mass is the least: the solver has lost it in its round-off.
-                return None
-    if v is None:
+        solution = _solve_with_densities(bounded, P)
+    if solution is None:
         return None
+    v = solution.v
     if wanted == "change":
         return _least_change(program, cone, lower, v[:-1])
     value = float((goal.q @ v + goal.constant) * goal.scale)
     floor = program.unit * epsilon
     return Optimum(program.unit * cone.at(v[:-1]), value, (floor, floor * space.length**2))
+
+
+def _solve_with_densities(bounded: _BoundedGoal, P: Array) -> _Minimiser | None:
+    """Minimise an objective with limits of density, measured by a design and then anew.
+
+    Args:
+        P: pseudo-inertias (free, k, k) of the design, in units of mass.
+    """
+    best: _Minimiser | None = None
+    for _ in range(2):
+        limits = limit_rows(bounded.cone.blocks, P, bounded.program.densities)
+        solution = _solve(bounded._replace(limits=limits))
+        if solution is None:
+            return None
+        if best is not None and solution.error > max(best.error, SOLVER_RESIDUAL):
+            break
+        best, P = solution, bounded.cone.at(solution.v[:-1])
+        if not np.all(np.trace(P, axis1=1, axis2=2) > 0.0):
+            # Next to no mass is the least: the solver has lost it in its round-off.
+            return None
+    return best
 
 
 def _within_densities(program: Program, P: Array) -> bool:
@@ -213,7 +228,7 @@ class _Minimiser(NamedTuple):
     error: float
 
 
-def _solve(bounded: _BoundedGoal) -> Array | None:
+def _solve(bounded: _BoundedGoal) -> _Minimiser | None:
     """Minimise an objective within its bounds.
 
     Where the solver stops short of its accuracy, as with bodies of which some are a thousand
@@ -227,8 +242,8 @@ def _solve(bounded: _BoundedGoal) -> Array | None:
         scales = _scales_of(bounded.cone.at(first.v[:-1]))
         second = _solve_once(bounded, scales) if np.isfinite(scales).all() else None
         if second is not None and second.error < first.error:
-            return second.v
-    return first.v
+            return second
+    return first
 
 
 def _solve_once(bounded: _BoundedGoal, scales: Array | None = None) -> _Minimiser | None:

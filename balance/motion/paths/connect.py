@@ -42,7 +42,7 @@ from kinematics.numerics.array_types import Array
 
 # Numbers of polynomials, of which the first that meets the equations between the points is
 # taken.
-POLYNOMIALS = 32, 64, 128, 192
+POLYNOMIALS = 32, 64, 128, 192, 256, 384, 512, 768
 # Momentum between the points, over what the rates could make, up to which a path is exact.
 BETWEEN = 1e-10
 # Least-norm steps from a first path, steps that shorten a path, and the first of their lengths.
@@ -52,7 +52,7 @@ LEAST_PART = 1.0 / 64.0
 # Displacement of coordinates in central differences.
 DIFFERENCE = 1e-5
 # Part of the largest singular value below which directions of a step count as none.
-SINGULAR = 1e-9
+SINGULAR = 1e-8
 # First paths: how many of their polynomials move, and the size of their loops.
 LOOP_TERMS, LOOPS = 4, (0.5, 4.0)
 SEED = 5
@@ -197,7 +197,7 @@ class LegendrePath:
     def weights(self) -> Array:
         """Prices of the coefficients (polynomials, 1): rapid changes cost more."""
         k = np.arange(1, len(self.coefficients) + 1)[:, None]
-        return (1.0 + (k / 6.0) ** 2) / (2.0 * k + 1.0)
+        return (1.0 + (k / 4.0) ** 4) / (2.0 * k + 1.0)
 
     @property
     def size(self) -> float:
@@ -219,7 +219,8 @@ class Connection(NamedTuple):
         path: the path, in units.
         tau: Gauss points (N,).
         poses: closed poses there.
-        residual: largest momentum there, over what the rates could make.
+        residual: largest momentum there, or between them if that is more than round-off, over
+            what the rates could make.
     """
 
     path: LegendrePath
@@ -278,6 +279,7 @@ def _solve(
 ) -> Connection | None:
     """Solve from one first path, with ever more polynomials until the path is exact."""
     solution: Connection | None = None
+    apart = np.inf
     for count in POLYNOMIALS:
         extra = count - len(path.coefficients)
         path = replace(path, coefficients=np.pad(path.coefficients, ((0, extra), (0, 0))))
@@ -292,12 +294,40 @@ def _solve(
         if not extra:
             solution = _shorten(equations, solution)
         path = solution.path
-        between = 0.5 * (tau[1:] + tau[:-1])
-        x, rates = path.at(between)
-        here = equations.at(_follow(equations, path, between, follow), x * equations.units)
-        if np.abs(_momenta(here, rates)).max() <= BETWEEN:
+        before, apart = apart, _momentum_between(equations, solution, follow)
+        if apart <= BETWEEN:
             return solution
-    return None if solution is None else solution._replace(residual=np.inf)
+        solution = solution._replace(residual=apart)
+        if _polynomials_needed(count, count - extra, apart, before) > POLYNOMIALS[-1]:
+            return solution
+    return solution
+
+
+def _momentum_between(
+    equations: ConnectionEquations,
+    solution: Connection,
+    follow: Callable[[Array], SampledPoses],
+) -> float:
+    """Compute the largest momentum half way between Gauss points."""
+    between = 0.5 * (solution.tau[1:] + solution.tau[:-1])
+    x, rates = solution.path.at(between)
+    poses = _follow(equations, solution.path, between, follow)
+    return float(np.abs(_momenta(equations.at(poses, x * equations.units), rates)).max())
+
+
+def _polynomials_needed(count: int, before: int, apart: float, apart_before: float) -> float:
+    """Estimate the polynomials of an exact path: the momentum falls by a share for each.
+
+    Args:
+        count: their number.
+        before: that of the path before.
+        apart: momentum between the points.
+        apart_before: that of the path before; infinite if there was none.
+    """
+    if not np.isfinite(apart_before):
+        return count
+    share = np.log(apart_before / apart) / (count - before)
+    return count + np.log(apart / BETWEEN) / share if share > 0.0 else np.inf
 
 
 def _follow(
@@ -419,6 +449,9 @@ def _least_norm_step(
     root = np.sqrt(1.0 / path.weights).repeat(x.shape[1], axis=1).ravel()
     residual, c = F.ravel(), path.coefficients.ravel()
     target = -residual + (J @ c if shorten else 0.0)
-    solution = np.linalg.lstsq(J * root, target, rcond=SINGULAR)[0] * root
+    J *= root
+    gram = J @ J.T
+    gram[np.diag_indices_from(gram)] += SINGULAR**2 * np.trace(gram)
+    solution = (J.T @ np.linalg.solve(gram, target)) * root
     step = solution - (c if shorten else 0.0)
     return np.asarray(step.reshape(path.coefficients.shape))

@@ -231,7 +231,10 @@ def _why_not(linkage: Linkage, connection: Connection | None, limits: Array) -> 
     if connection is None:
         return "the loops cannot be closed along any first path to the pose"
     if not connection.meets:
-        return "no path without reaction to the pose was found from any first path"
+        return (
+            "no path without reaction to the pose was found from any first path; a search "
+            "does not prove that there is none"
+        )
     joint = _beyond(connection, limits)
     if joint is None:
         return ""
@@ -248,9 +251,11 @@ def _sampled(
     best: ReactionlessPath | None = None
     for _ in range(REFINEMENTS):
         path = _path_of_samples(rest, equations, connection, count)
+        # Closer samples have more round-off.
+        worse = best is not None and path.residual > 0.5 * best.residual
         if best is None or path.residual < best.residual:
             best = path
-        if best.residual <= SAMPLED_WELL or 2 * count > 2 * MOST:
+        if worse or best.residual <= SAMPLED_WELL or count > MOST:
             break
         count = 2 * count - 1
     assert best is not None
@@ -260,14 +265,17 @@ def _sampled(
 def _path_of_samples(
     rest: RestEquations, equations: ConnectionEquations, connection: Connection, count: int
 ) -> ReactionlessPath:
-    """Sample a path at even τ, with the arc lengths in all joints there."""
-    tau = np.linspace(0.0, 1.0, count)
+    """Sample a path, closer at its ends, with the arc lengths in all joints there.
+
+    Splines are least exact at their ends.
+    """
+    tau = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count)))
     points, weights = np.polynomial.legendre.leggauss(BETWEEN)
-    half = 0.5 / (count - 1)
-    inner = (tau[:-1, None] + half * (1.0 + points)).ravel()
+    half = 0.5 * np.diff(tau)
+    inner = (tau[:-1, None] + half[:, None] * (1.0 + points)).ravel()
     x, rates = connection.path.at(inner)
     speeds = _speeds(rest, equations, connection, x, rates, inner)
-    steps = half * speeds.reshape(-1, BETWEEN) @ weights
+    steps = half * (speeds.reshape(-1, BETWEEN) @ weights)
     s = np.append(0.0, np.cumsum(steps))
     x, rates = connection.path.at(tau)
     poses = _poses(equations, connection, x, tau)

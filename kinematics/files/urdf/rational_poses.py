@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import pi, sqrt, tan
+from math import copysign, pi, sqrt, tan
 from typing import NamedTuple
 
 from kinematics.model.linkage import GROUND, Joint
@@ -79,6 +79,20 @@ def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
         moved = add_vectors(axis, once, s)
         columns.append(add_vectors(moved, cross(n, once), (1 - c) / square))
     return tuple(zip(*columns, strict=True))
+
+
+def equal_sizes(positions: Sequence[float]) -> list[float]:
+    """Make positions exactly equal or opposite that are so but for round-off.
+
+    Relations such as those of a parallelogram then hold at the rational pose.
+    """
+    alike: dict[float, float] = {}
+    first = 0.0
+    for size in sorted(abs(q) for q in positions):
+        if size - first > SIMPLE_ROUND_OFF * max(1.0, size):
+            first = size
+        alike[size] = first
+    return [copysign(alike[abs(q)], q) for q in positions]
 
 
 def move_screws(

@@ -21,12 +21,12 @@ Moments of the part on one side of a plane have a closed form:
 Parts of prisms and cylinders where a quadratic is positive that is constant along their axis
 are a section of one thickness: of the integrals over rays in space, only those over rays
 in the plane of the section are left, whose errors are far smaller for as many rays. Parts of
-balls in equal halves are such a section of another thickness (`ball_sections`).
+balls in equal halves are such a section of another thickness (`ball_sections`). Rays of round
+sections end where the parts do (`disc_rays`).
 """
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -40,6 +40,7 @@ from balance.masses.counterweights.volume.ball_sections import (
     section_moments,
     section_products,
 )
+from balance.masses.counterweights.volume.disc_rays import rays_to_rim
 from balance.masses.counterweights.volume.fans import Fan
 from balance.masses.counterweights.volume.rays import (
     Rays,
@@ -90,15 +91,15 @@ class Stock(NamedTuple):
     def with_rays_inside(self, form: Array) -> Stock:
         """Let rays start far inside the part where a form (4, 4) is positive.
 
-        What a plane cuts off needs no rays.
+        What a plane cuts off needs no rays, and those of sections of balls start in the middle.
         """
         Q = self.effective_form(form)
-        if not Q[:3, :3].any():
+        if not Q[:3, :3].any() or self.section_axis(Q) is not None:
             return self
         least, at = minimise_in_region(self.region, -Q)
         if least >= 0.0:
             return self._replace(origin=CENTRE)
-        x, y, z = ((1.0 - self._depth(Q, at)) * at).tolist()
+        x, y, z = ((1.0 - INWARDS) * at).tolist()
         return self._replace(origin=(x, y, z))
 
     def section_axis(self, Q: Array) -> Array | None:
@@ -113,19 +114,6 @@ class Stock(NamedTuple):
         normal = normal / np.sqrt(normal @ normal)
         constant = np.abs(Q[:, :3] @ normal).max() <= CURVATURE_ZERO * np.abs(Q).max()
         return np.asarray(normal) if constant else None
-
-    def _depth(self, Q: Array, at: Array) -> float:
-        """Return how far towards the centre rays start from the point where a form is largest.
-
-        Sections of balls have as many rays on either side: they start amid a thin part.
-        """
-        if self.section_axis(Q) is None:
-            return INWARDS
-        # On the way q is top - 2 slope t + curvature t²; its least root, without cancellation.
-        curvature, slope = float(at @ Q[:3, :3] @ at), float(at @ (Q[:3, :3] @ at + Q[:3, 3]))
-        top = 2.0 * slope - curvature + float(Q[3, 3])
-        root = math.sqrt(max(slope * slope - curvature * top, 0.0))
-        return min(INWARDS, 0.5 * top / (slope + root)) if slope + root > 0.0 else INWARDS
 
     @property
     def per_volume(self) -> float:
@@ -166,7 +154,7 @@ def fill(stock: Stock, form: Array, rays: int = FINE) -> Array:
     elif not Q[:3, :3].any():
         moments = cut_moments(stock.region, 2.0 * Q[:3, 3], float(Q[3, 3]))
     elif (axis := stock.section_axis(Q)) is not None:
-        moments = section_moments(Q, axis, rays, stock.origin)
+        moments = section_moments(Q, axis, rays)
     elif (part := _prism_part(stock.region, Q, rays, stock.origin)) is not None:
         moments = part
     else:
@@ -221,7 +209,7 @@ def second_derivatives(stock: Stock, form: Array, rays: int) -> Array:
     if plane:
         return stock.per_volume * disc_products(2.0 * Q[:3, 3], float(Q[3, 3]), basis)
     if (axis := stock.section_axis(Q)) is not None:
-        return stock.per_volume * section_products(Q, axis, rays, stock.origin, basis)
+        return stock.per_volume * section_products(Q, axis, rays, basis)
     return stock.per_volume * surface_products(
         rays_of(stock.region, rays, stock.origin), Q, basis
     )
@@ -381,13 +369,13 @@ def _prism_part(
     for prism in _prisms(region):
         along = np.abs(form[:, :3] @ prism.axis).max()
         if along <= CURVATURE_ZERO * np.abs(form).max():
-            o = np.array(origin)
-            o = o + (prism.middle - float(prism.axis @ o)) * prism.axis
-            moments = (
-                2.0
-                * prism.half
-                * integrate_positive_part(_section_rays(prism, count, o), form, AREA_POWERS)
-            )
+            if len(prism.corners):
+                o = np.array(origin)
+                o = o + (prism.middle - float(prism.axis @ o)) * prism.axis
+                rays = _polygon_rays(prism, count, o)
+            else:
+                rays = rays_to_rim(form, prism.axis, count)
+            moments = 2.0 * prism.half * integrate_positive_part(rays, form, AREA_POWERS)
             across = np.outer(prism.axis, prism.axis)
             moments[:3, :3] += moments[3, 3] * prism.half**2 / 3.0 * across
             return np.asarray(moments)
@@ -434,13 +422,8 @@ def _ordered(corners: Array, axis: Array) -> Array:
     return np.asarray(corners[np.argsort(turn)])
 
 
-def _section_rays(prism: _Prism, count: int, origin: Array) -> Rays:
-    """Choose rays from a point of the section of a prism to its edge."""
-    if not len(prism.corners):
-        turn = (np.arange(count) + 0.5) * (2.0 * np.pi / count)
-        rim = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(count)])
-        weights = (1.0 - rim @ origin) * (2.0 * np.pi / count)
-        return Rays(origin, (rim - origin).T, weights)
+def _polygon_rays(prism: _Prism, count: int, origin: Array) -> Rays:
+    """Choose rays from a point of the section of a prism to its edges."""
     pieces = max(1, count // (GAUSS * len(prism.corners)))
     nodes, share = unit_gauss(GAUSS)
     x = ((np.arange(pieces)[:, None] + nodes) / pieces).reshape(-1)

@@ -51,6 +51,13 @@ def test_many_poses_are_reached(count):
         check_the_attitude(arm_in_line(count), *rng.uniform(-1.0, 1.0, (2, count)))
 
 
+@pytest.mark.slow
+def test_six_joints_in_space_reach_a_pose():
+    """Three rates are free; the path is ten times as long as the straight line."""
+    ends = np.random.default_rng(1).uniform(-1.2, 1.2, (2, 2, 6))[1]
+    check_the_attitude(arm_in_space(6), *ends)
+
+
 def test_a_satellite_is_turned_by_its_arm():
     """The arm returns to its pose, as that of a falling cat; by the simulation of us."""
     arm = arm_in_line(3)

@@ -250,3 +250,29 @@ def test_a_special_pose_that_doubles_break_is_in_doubt(tmp_path):
     space, true = certified(case.text, tmp_path), truth(case.readings[0])
     assert space.rank == true.rank + 1
     assert any("conditions of order 0" in doubt for doubt in space.doubts)
+
+
+PARALLELOGRAM = """<mujoco model="parallelogram"><worldbody>
+<body name="crank"><joint name="a" axis="0 0 1"/>
+<inertial pos="0.3 0.4 0" mass="1" diaginertia="0.01 0.1 0.1"/>
+<body name="coupler" pos="0.6 0.8 0"><joint name="b" axis="0 0 1"/>
+<inertial pos="1 0 0" mass="1" diaginertia="0.01 0.1 0.1"/></body></body>
+<body name="rocker" pos="2 0 0"><joint name="c" axis="0 0 1"/>
+<inertial pos="0.3 0.4 0" mass="1" diaginertia="0.01 0.1 0.1"/></body></worldbody>
+<equality><connect body1="coupler" body2="rocker" anchor="2 0 0"/></equality></mujoco>"""
+
+
+@pytest.mark.parametrize("at", [{"a": 0.7}, {"a": 0.7, "b": -0.7}, {"a": -0.4}, {"a": 0.3}])
+def test_a_parallelogram_is_one_at_every_pose(at, tmp_path):
+    """Angles that differ by round-off are one number: crank and rocker stay parallel."""
+    path = tmp_path / "parallelogram.xml"
+    path.write_text(PARALLELOGRAM)
+    linkage = kinematics.load(path, at=at)
+    names = [joint.name for joint in linkage.joints]
+    screws = dict(zip(names, exact_geometry(linkage).screws, strict=True))
+    pivots = [screws[name][3:5] for name in ("a", "b", "c")]
+    tip = next(s[3:5] for n, s in screws.items() if n not in "abc" and s[2] and not any(s[:2]))
+    crank = [y - x for x, y in zip(pivots[0], pivots[1], strict=True)]
+    assert crank == [y - x for x, y in zip(pivots[2], tip, strict=True)]
+    space = balance.certify(balance.design_space(linkage))
+    assert space.level == "verified" and space.rank == 5

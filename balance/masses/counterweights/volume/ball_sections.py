@@ -42,20 +42,18 @@ def section_moments(
     intervals = positive_intervals(rays, form)
     (first, ends), (second, later) = intervals.roots
     between = intervals.at_end + later
-    alpha, beta = 1.0 - float(rays.origin @ rays.origin), (rays.sides**2).sum(axis=0)
-    parts, zero = np.zeros((4, len(beta))), np.zeros_like(beta)
+    zero, one = np.zeros_like(first), np.ones_like(first)
     # One part at a time: in the difference of two long ones little would be left of a thin one.
-    for low, high, positive in (
-        (zero, first, between + ends),
-        (first, second, between),
-        (second, zero + 1.0, intervals.at_end),
-    ):
-        counts = (positive > 0.0) & (low < high)
-        parts[:, counts] += _integrate_along(low[counts], high[counts], alpha, beta[counts])
-    mass, linear, square, thick = rays.weights * parts
+    low, high = np.concatenate([zero, first, second]), np.concatenate([first, second, one])
+    positive = np.concatenate([between + ends, between, intervals.at_end])
+    counts = np.flatnonzero((positive > 0.0) & (low < high))
+    ray = counts % first.size
+    alpha, sides = 1.0 - float(rays.origin @ rays.origin), rays.sides[:, ray]
+    parts = _integrate_along(low[counts], high[counts], alpha, (sides**2).sum(axis=0))
+    mass, linear, square, thick = rays.weights[ray] * parts
     local = np.empty((4, 4))
-    local[:3, :3] = (square * rays.sides) @ rays.sides.T + thick.sum() * np.outer(axis, axis)
-    local[:3, 3] = local[3, :3] = rays.sides @ linear
+    local[:3, :3] = (square * sides) @ sides.T + thick.sum() * np.outer(axis, axis)
+    local[:3, 3] = local[3, :3] = sides @ linear
     local[3, 3] = mass.sum()
     shift = np.eye(4)
     shift[:3, 3] = rays.origin
@@ -79,19 +77,22 @@ def section_products(
     """
     rays = _choose_rays(axis, count, origin)
     intervals = positive_intervals(rays, form)
-    flat, total = basis.reshape(len(basis), 16).T, np.zeros((len(basis), len(basis)))
+    tau = np.concatenate([root for root, _ in intervals.roots])
+    slopes = np.tile(intervals.slopes, 2)
+    inside = np.flatnonzero((tau > 0.0) & (tau < 1.0) & (slopes > 0.0))
+    ray, tau = inside % intervals.slopes.size, tau[inside]
+    points = rays.origin[:, None] + tau * rays.sides[:, ray]
+    half = np.sqrt(np.maximum(1.0 - (points**2).sum(axis=0), 0.0))
+    weights = half * rays.weights[ray] * tau / slopes[inside]
     nodes, shares = unit_gauss(ACROSS)
-    for tau, _ in intervals.roots:
-        inside = (tau > 0.0) & (tau < 1.0) & (intervals.slopes > 0.0)
-        points = rays.origin + tau[inside, None] * rays.sides[:, inside].T
-        half = np.sqrt(np.maximum(1.0 - (points**2).sum(axis=1), 0.0))
-        weights = rays.weights[inside] * tau[inside] / intervals.slopes[inside]
-        for node, share in zip(nodes, shares, strict=True):
-            v = np.ones((len(points), 4))
-            v[:, :3] = points + ((2.0 * node - 1.0) * half)[:, None] * axis
-            values = (v[:, :, None] * v[:, None, :]).reshape(-1, 16) @ flat
-            total += (2.0 * share * half * weights * values.T) @ values
-    return total
+    v = np.ones((4, ACROSS, tau.size))
+    v[:3] = points[:, None] + axis[:, None, None] * ((2.0 * nodes - 1.0)[:, None] * half)
+    first, second = np.triu_indices(4)
+    monomials = (v[first] * v[second]).reshape(len(first), -1)
+    squares = (np.outer(2.0 * shares, weights).reshape(-1) * monomials) @ monomials.T
+    twice = np.where(first == second, 1.0, 2.0)
+    values = basis[:, first, second] * twice
+    return np.asarray(values @ squares @ values.T)
 
 
 def disc_products(normal: Array, constant: float, basis: Array) -> Array:
@@ -144,20 +145,21 @@ def _choose_directions(axis: bytes, n: int) -> Array:
 
 def _integrate_along(low: Array, high: Array, alpha: float, beta: Array) -> Array:
     """Integrate 2 τ h, 2 τ² h, 2 τ³ h and 2/3 τ h³ from τ = low (n,) to high (n,): (4, n)."""
-    stretch = (alpha + beta) / beta
+    total = alpha + beta
+    stretch = total / beta
     nodes, shares = unit_gauss(NODES)
     start, end = (
         np.arcsin(np.sqrt(np.minimum((1.0 - tau) / stretch, 1.0))) for tau in (high, low)
     )
-    psi = start + nodes[:, None] * (end - start)
-    sine = np.sin(psi)
-    cosine = np.sqrt(1.0 - sine * sine)
-    x = 1.0 - stretch * sine**2
-    h = (alpha + beta) / np.sqrt(beta) * sine * cosine
-    weights = shares[:, None] * (end - start) * (4.0 * stretch * sine * cosine) * h * x
-    return np.stack(
-        [
-            each.sum(axis=0)
-            for each in (weights, weights * x, weights * x * x, weights * h * h / 3.0)
-        ]
-    )
+    width = end - start
+    square = np.sin(start + nodes[:, None] * width) ** 2
+    # h² is ``total * stretch * flat``: what is one number on a ray multiplies its sums.
+    flat = square * (1.0 - square)
+    x = 1.0 - stretch * square
+    part = flat * x
+    sums = np.empty((4, beta.size))
+    sums[3] = shares @ (part * flat) * (total * stretch / 3.0)
+    for power in range(3):
+        sums[power] = shares @ part
+        part *= x
+    return np.asarray(sums * (4.0 * stretch * total / np.sqrt(beta) * width))

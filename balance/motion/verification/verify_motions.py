@@ -402,12 +402,11 @@ class PinocchioModel:
         pin, wrenches = self._pin, np.zeros((len(trajectory.time), 6))
         for joints, model, data, _ in self._parts:
             motion = (x[:, joints] for x in (trajectory.q, trajectory.qd, trajectory.qdd))
+            places, forces, grounded = data.liMi, data.f, list(model.children[0])
             for k, (q, qd, qdd) in enumerate(zip(*motion, strict=True)):
                 pin.rnea(model, data, q, qd, qdd)
-                total = pin.Force.Zero()
-                for joint in model.children[0]:
-                    total += data.liMi[joint].act(data.f[joint])
-                wrenches[k] += total.vector
+                for joint in grounded:
+                    wrenches[k] += places[joint].act(forces[joint]).vector
         return self._to_inertial(wrenches)
 
     def momenta(self, trajectory: Trajectory) -> Array:

@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from numba.core import event, ir
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.errors import NumbaTypeError
+from numba.core.runtime import rtsys
 from numba.core.typed_passes import NopythonTypeInference
 from numba.extending import typeof_impl
 
@@ -174,7 +175,8 @@ def _guard_cache(store: Any) -> None:
 
     def load_undamaged(signature: Any, context: Any) -> Any:
         try:
-            return load(signature, context)
+            with _without_refresh(context):
+                return load(signature, context)
         except Exception:  # a file cut short by a crash or a full disk may raise anything
             return None
 
@@ -192,6 +194,21 @@ def _guard_cache(store: Any) -> None:
             _events.cannot_cache()
 
     store.load_overload, store.save_overload = load_undamaged, save_alone
+
+
+@contextmanager
+def _without_refresh(context: Any) -> Iterator[None]:
+    """Load a kernel without the rules by which Numba compiles.
+
+    Numba collects them before it loads the first kernel, which takes as long as loading twenty;
+    machine code needs none of them, but the memory of its arrays. A compilation collects them.
+    """
+    rtsys.initialize(context)
+    context.refresh = lambda: None
+    try:
+        yield
+    finally:
+        del context.refresh
 
 
 class _CompilationEvents(event.Listener):

@@ -33,20 +33,17 @@ def section_moments(form: Array, axis: Array, count: int) -> Array:
     intervals = positive_intervals(rays, form)
     (first, ends), (second, later) = intervals.roots
     between = intervals.at_end + later
-    parts, zero = np.zeros((4, len(rays.weights))), np.zeros_like(rays.weights)
+    zero, one = np.zeros_like(first), np.ones_like(first)
     # One part at a time: in the difference of two long ones little would be left of a thin one.
-    for low, high, positive in (
-        (zero, first, between + ends),
-        (first, second, between),
-        (second, zero + 1.0, intervals.at_end),
-    ):
-        counts = (positive > 0.0) & (low < high)
-        if counts.any():
-            parts[:, counts] += _integrate_along(low[counts], high[counts])
-    mass, linear, square, thick = rays.weights * parts
+    low, high = np.concatenate([zero, first, second]), np.concatenate([first, second, one])
+    positive = np.concatenate([between + ends, between, intervals.at_end])
+    counts = np.flatnonzero((positive > 0.0) & (low < high))
+    ray = counts % first.size
+    sides, parts = rays.sides[:, ray], _integrate_along(low[counts], high[counts])
+    mass, linear, square, thick = rays.weights[ray] * parts
     moments = np.empty((4, 4))
-    moments[:3, :3] = (square * rays.sides) @ rays.sides.T + thick.sum() * np.outer(axis, axis)
-    moments[:3, 3] = moments[3, :3] = rays.sides @ linear
+    moments[:3, :3] = (square * sides) @ sides.T + thick.sum() * np.outer(axis, axis)
+    moments[:3, 3] = moments[3, :3] = sides @ linear
     moments[3, 3] = mass.sum()
     return moments
 
@@ -65,19 +62,22 @@ def section_products(form: Array, axis: Array, count: int, basis: Array) -> Arra
     """
     rays = rays_to_rim(form, axis, count)
     intervals = positive_intervals(rays, form)
-    flat, total = basis.reshape(len(basis), 16).T, np.zeros((len(basis), len(basis)))
+    tau = np.concatenate([root for root, _ in intervals.roots])
+    slopes = np.tile(intervals.slopes, 2)
+    inside = np.flatnonzero((tau > 0.0) & (tau < 1.0) & (slopes > 0.0))
+    ray, tau = inside % intervals.slopes.size, tau[inside]
+    points = tau * rays.sides[:, ray]
+    half = np.sqrt((1.0 - tau) * (1.0 + tau))
+    weights = half * rays.weights[ray] * tau / slopes[inside]
     nodes, shares = unit_gauss(ACROSS)
-    for tau, _ in intervals.roots:
-        inside = (tau > 0.0) & (tau < 1.0) & (intervals.slopes > 0.0)
-        points = tau[inside, None] * rays.sides[:, inside].T
-        half = np.sqrt((1.0 - tau[inside]) * (1.0 + tau[inside]))
-        weights = rays.weights[inside] * tau[inside] / intervals.slopes[inside]
-        for node, share in zip(nodes, shares, strict=True):
-            v = np.ones((len(points), 4))
-            v[:, :3] = points + ((2.0 * node - 1.0) * half)[:, None] * axis
-            values = (v[:, :, None] * v[:, None, :]).reshape(-1, 16) @ flat
-            total += (2.0 * share * half * weights * values.T) @ values
-    return total
+    v = np.ones((4, ACROSS, tau.size))
+    v[:3] = points[:, None] + axis[:, None, None] * ((2.0 * nodes - 1.0)[:, None] * half)
+    first, second = np.triu_indices(4)
+    monomials = (v[first] * v[second]).reshape(len(first), -1)
+    squares = (np.outer(2.0 * shares, weights).reshape(-1) * monomials) @ monomials.T
+    twice = np.where(first == second, 1.0, 2.0)
+    values = basis[:, first, second] * twice
+    return np.asarray(values @ squares @ values.T)
 
 
 def disc_products(normal: Array, constant: float, basis: Array) -> Array:
@@ -110,14 +110,14 @@ def disc_products(normal: Array, constant: float, basis: Array) -> Array:
 
 def _integrate_along(low: Array, high: Array) -> Array:
     """Integrate 2 τ h, 2 τ² h, 2 τ³ h and 2/3 τ h³ from τ = low (n,) to high (n,): (4, n)."""
-    start, end = np.arccos(high), np.arccos(low)
     nodes, shares = unit_gauss(NODES)
+    start, end = np.arccos(high), np.arccos(low)
     phi = start + nodes[:, None] * (end - start)
-    x, h = np.cos(phi), np.sin(phi)
-    weights = 2.0 * shares[:, None] * (end - start) * x * h * h
-    return np.stack(
-        [
-            each.sum(axis=0)
-            for each in (weights, weights * x, weights * x * x, weights * h * h / 3.0)
-        ]
-    )
+    x, square = np.cos(phi), np.sin(phi) ** 2
+    part = x * square
+    sums = np.empty((4, low.size))
+    sums[3] = shares @ (part * square) / 3.0
+    for power in range(3):
+        sums[power] = shares @ part
+        part *= x
+    return np.asarray(sums * (2.0 * (end - start)))

@@ -112,12 +112,13 @@ class _Ascent:
     ) -> None:
         """Start at multipliers."""
         self.program, self.stocks, self.cost = program, stocks, cost
-        self.y, self.seen = start, list(stocks)
-        self._radius = RADIUS * (float(np.linalg.norm(start)) or 1.0)
+        self.y, self.seen, self._radius = start, list(stocks), 0.0
 
     def climb(self, rays: int, most: int) -> bool:
         """Take steps until few rays gain no more, or the parts balance; return whether so."""
         self._look_inside()
+        # The last steps of a climb are of round-off, and no measure for those of the next.
+        self._radius = RADIUS * (float(np.linalg.norm(self.y)) or 1.0)
         value, gradient = self._dual(self.y, rays)
         H = self._curvature(self.y, rays)
         settled = FILL_SETTLED if rays == COARSE else 0.0

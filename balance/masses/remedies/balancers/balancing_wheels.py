@@ -6,7 +6,7 @@ wheel about the normal of a planar linkage, of inertia J, takes it at the speed 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,10 +38,10 @@ from balance.masses.remedies.balancers.on_base import (
     with_input_inertia,
 )
 from balance.masses.remedies.balancers.varying_ratio import (
+    CsvFiles,
     PitchCurves,
     VaryingRatio,
     integrate,
-    table_bytes,
 )
 from balance.masses.remedies.momentum_along import (
     Momentum,
@@ -161,7 +161,7 @@ def with_motors(
     motion = motion_columns((*inputs, *(driven.joint for driven in drives)), shown)
     return replace(
         done,
-        files={"drive.csv": table_bytes(table), "motion.csv": table_bytes(motion)},
+        files=CsvFiles({"drive.csv": table, "motion.csv": motion}),
         details={
             "motions": [
                 {"name": f"random motion {k + 1} of 1 s", "peaks": part}
@@ -276,21 +276,25 @@ def _build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     blank = AppliedRemedy("passive_wheel", words, "undecided", "")
     done, moved = verify_with_balancers(request, blank, balanced, [wheel], runs)
     motion = motion_columns((*linkage.inputs, wheel.joint), moved[0])
-    done = replace(done, files={"motion.csv": table_bytes(motion)})
     at_start = drive(linkage, [0.0], [0.0 * rates], [rates], [0.0 * rates])
     h = float(momentum_along(linkage, at_start).total[0, :3] @ normal)
     done = with_input_inertia(request, done, {crank: h**2 / table.inertia})
-    return _with_tables(linkage, done, table, wheel, regular)
+    return _with_tables(linkage, done, table, wheel, regular, motion)
 
 
 def _with_tables(
-    linkage: Linkage, done: AppliedRemedy, table: VaryingRatio, wheel: Wheel, regular: bool
+    linkage: Linkage,
+    done: AppliedRemedy,
+    table: VaryingRatio,
+    wheel: Wheel,
+    regular: bool,
+    motion: Mapping[str, Array],
 ) -> AppliedRemedy:
     """Add the ratio, the pitch curves and the peaks to a result, as files and as data."""
     curves, words = _pitch_curves(linkage, table, 2.0 * wheel.radius)
-    files = {"ratio.csv": table_bytes(table.columns())}
+    files = {"motion.csv": motion, "ratio.csv": table.columns()}
     if curves is not None:
-        files["pitch_curves.csv"] = table_bytes(curves.columns())
+        files["pitch_curves.csv"] = curves.columns()
     peaks = wheel.drives[0].peaks(table.ratio, table.slope)
     details = {
         "wheel": wheel.details(),
@@ -303,7 +307,7 @@ def _with_tables(
         **_tables(table, curves),
         "peaks": {"at": "unit rate of the crank", **peaks},
     }
-    return replace(done, files={**done.files, **files}, details=details)
+    return replace(done, files=CsvFiles(files), details=details)
 
 
 def _ratio_table(

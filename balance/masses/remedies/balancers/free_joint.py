@@ -30,7 +30,7 @@ from balance.masses.remedies.balancers.on_base import (
     verify_with_balancers,
     with_input_inertia,
 )
-from balance.masses.remedies.balancers.varying_ratio import integrate, table_bytes
+from balance.masses.remedies.balancers.varying_ratio import CsvFiles, integrate
 from balance.masses.remedies.momentum_along import MovedMasses, move_masses
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import free_name, names_taken
@@ -181,16 +181,16 @@ def _build_hinge(request: RemedyRequest) -> AppliedRemedy:
     blank = AppliedRemedy(KEY, words, "undecided", "")
     checked = runs[:VERIFIED]
     done, moved = verify_with_balancers(request, blank, balanced, [frame], checked)
-    files = {
-        "motion.csv": table_bytes(motion_columns((*linkage.inputs, frame.joint), moved[0]))
-    }
+    motion = motion_columns((*linkage.inputs, frame.joint), moved[0])
     details = {
         "centre": frame.centre.tolist(),
         "joint": frame.joint,
         "ground": frame.names[0],
         "swing": swing,
     }
-    return _with_free_inertia(request, replace(done, files=files, details=details), frame)
+    return _with_free_inertia(
+        request, replace(done, files=CsvFiles({"motion.csv": motion}), details=details), frame
+    )
 
 
 def _frame(balanced: ForceBalanced) -> TurningFrame:

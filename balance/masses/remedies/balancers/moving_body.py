@@ -39,7 +39,7 @@ from balance.masses.remedies.balancers.on_base import (
     verify_with_balancers,
     with_input_inertia,
 )
-from balance.masses.remedies.balancers.varying_ratio import integrate, table_bytes
+from balance.masses.remedies.balancers.varying_ratio import CsvFiles, integrate
 from balance.masses.remedies.momentum_along import MovedMasses, move_masses
 from balance.masses.remedies.request import MOTIONS, RemedyRequest
 from balance.masses.remedies.variant import free_name, names_taken
@@ -311,10 +311,7 @@ def _move_by_cams(request: RemedyRequest) -> AppliedRemedy:
         lifts |= {f"{driven.name} lift": position, f"{driven.name} slope": slope}
     done = replace(
         done,
-        files={
-            "motion.csv": table_bytes(motion_columns(joints, moved[0])),
-            "cams.csv": table_bytes(lifts),
-        },
+        files=CsvFiles({"motion.csv": motion_columns(joints, moved[0]), "cams.csv": lifts}),
         details={
             "body": _details(ready),
             "crank": crank,

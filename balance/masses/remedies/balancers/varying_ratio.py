@@ -17,7 +17,7 @@ moves the wheel by φ(u).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -163,10 +163,26 @@ def integrate(x: Array, slope: Array, change: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(part)])
 
 
-def table_bytes(columns: Mapping[str, Array]) -> bytes:
-    """Write columns as comma-separated values, with a line of names.
+class CsvFiles(Mapping[str, bytes]):
+    """Files of comma-separated values by name, each written when it is asked for."""
 
-    Args:
-        columns: numbers (N,) by name.
-    """
-    return csv_table([*columns], [*columns.values()])
+    def __init__(self, tables: Mapping[str, Mapping[str, Array]]) -> None:
+        """Keep the columns.
+
+        Args:
+            tables: columns of numbers (N,) by their name, by the name of the file.
+        """
+        self._tables = tables
+
+    def __getitem__(self, name: str) -> bytes:
+        """Write a file, with a line of names."""
+        columns = self._tables[name]
+        return csv_table([*columns], [*columns.values()])
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the files."""
+        return iter(self._tables)
+
+    def __len__(self) -> int:
+        """Count the files."""
+        return len(self._tables)

@@ -179,3 +179,17 @@ def test_where_rotors_are_no_remedy():
         assert found.verdict == "refused" and "no counter-rotation is needed" in found.reason
         (found,) = apply(RemedyRequest(as_linkage("rusr")))
         assert found.verdict == "infeasible" and "certificate" in found.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gear", [1.0, 3.0])
+def test_rotors_of_steel_balance_where_point_masses_do(gear):
+    """A steel rotor at its radius weighs more than a ring of points, and not much more."""
+    requests = [
+        RemedyRequest(as_linkage("four_bar_general"), gear=gear, density=density)
+        for density in (None, 7850.0)
+    ]
+    points, steel = (next(apply_separate_rotors(request)) for request in requests)
+    assert (points.verdict, steel.verdict) == ("feasible", "feasible"), steel.reason
+    assert steel.residual <= 1e-9
+    assert points.added_mass < steel.added_mass < 1.5 * points.added_mass

@@ -195,6 +195,20 @@ def test_a_session_compiles_at_once_or_ahead(small):
     assert not run(folder, code, **environment, BALANCE_COMPILE="never")[1]
 
 
+@pytest.mark.compile
+def test_a_kernel_is_loaded_without_the_rules_by_which_numba_compiles(small):
+    """A compilation after it, for another type of number, collects them."""
+    folder, environment = small
+    code = (
+        "import sys; from kinematics.above import outer; "
+        "print(outer(1.0), 'numba.np.arraymath' in sys.modules); "
+        "print(outer(1), 'numba.np.arraymath' in sys.modules, len(outer.signatures))"
+    )
+    run(folder, "from kinematics.above import outer; outer(1.0)", **environment)
+    out, _ = run(folder, code, **environment)
+    assert out == ["20.0", "False", "20.0", "True", "2"]
+
+
 def on_terminal(folder, *words, **environment):
     """What a process writes to a terminal that is its standard error."""
     pty = pytest.importorskip("pty", reason="there are no pseudo-terminals here")

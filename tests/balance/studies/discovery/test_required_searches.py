@@ -10,6 +10,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from scipy.linalg import qr
 
 from balance.app.cli.main import main
 from balance.studies.discovery.export import export_member
@@ -60,14 +61,26 @@ SEARCHES = [
 ]
 
 
+def fastest_in_tree(linkage):
+    """Names of joints of the tree that drive a linkage, the best conditioned ones."""
+    chain = linkage.chain
+    tree = [k for k, j in enumerate(chain.joints) if not linkage.joints[j].in_loop]
+    order = qr(chain.columns[tree].T, pivoting=True)[2]
+    return [linkage.joints[chain.joints[tree[k]]].name for k in order[: linkage.mobility]]
+
+
 def nullity_at_finite_poses(job, geometry, lane, path):
     """Dimension of the null space of regressors, in the parameters that count.
 
     None where an input meets a dead point on the way.
     """
     linkage = to_linkage(job.topology, job.structure, geometry, lane)
+    names = list(linkage.inputs)
     path.write_text(linkage.to_urdf())
-    mechanism, names = load(path), list(linkage.inputs)
+    if any(joint.in_loop and joint.name in names for joint in linkage.joints):
+        # The reader of the tests has no coordinates of joints that close loops.
+        names = fastest_in_tree(linkage)
+    mechanism = load(path, names)
     spatial = not linkage.planar
     columns = parameters(mechanism, spatial, job.structure.force)
     g, texts = np.array(job.gravity), job.require.replace(" about com", "").split("; ")

@@ -363,12 +363,14 @@ def test_modes_have_one_order_in_every_frame_and_scale(tmp_path):
 def test_a_mode_is_followed_from_its_pose(tmp_path):
     path = FLAT["kite"].write(tmp_path, "flat")
     folded = kinematics.load(path, mode=1)
-    assert folded.inputs == ("d",)  # the rocker, on the base and folded.idle == ("a", "c")
-    assert folded.at == {"b": pytest.approx(folded.displaced[1])}
+    # The rocker, on the base, drives it.
+    assert folded.inputs == ("d",) and folded.idle == ("a", "c")
+    (driven,) = [k for k, joint in enumerate(folded.joints) if joint.name == "d"]
+    assert folded.at == {"d": pytest.approx(folded.displaced[driven])}
     (text,) = [x.message for x in folded.notices if x.code == "mode_of_motion"]
     assert "mode 1 of 2" in text
-    further = kinematics.load(path, mode=1, at={"b": 1.25})
-    assert further.displaced[1] == pytest.approx(1.25, abs=1e-12)
+    further = kinematics.load(path, mode=1, at={"d": 1.25})
+    assert further.displaced[driven] == pytest.approx(1.25, abs=1e-12)
     with pytest.raises(MobilityError, match="2 modes of motion leave .* from 1 to 2"):
         kinematics.load(path, mode=3)
     with pytest.raises(CoordinateError, match="input a: .* positions of inputs set the pose"):

@@ -31,7 +31,7 @@ LOOPS = (
 # Radians or metres; the gallery keeps clear of singular poses that far.
 REACH = 0.15
 # The same for chains at random places.
-SHORT = 0.02
+SHORT = 0.01
 
 
 def cross(v):

@@ -40,10 +40,16 @@ class Notice(NamedTuple):
     Attributes:
         code: a stable name, for scripts.
         message: one readable line.
+        names: what the message lists after a colon and short forms leave out; empty for none.
     """
 
     code: str
     message: str
+    names: str = ""
+
+    def to_dict(self) -> dict[str, str]:
+        """Return code and message as plain data for JSON."""
+        return {"code": self.code, "message": self.message}
 
 
 @dataclass(frozen=True, eq=False)

@@ -282,9 +282,9 @@ def _print(answer: Answer, as_json: bool, short: bool) -> None:
     """
     notices = answer.notices
     if short and notices:
-        from balance.app.cli.short_notices import short_notice
+        from balance.app.cli.short_notices import shorten_notice
 
-        notices = [short_notice(notice) for notice in notices]
+        notices = [shorten_notice(notice) for notice in notices]
     for notice in notices:
         logging.warning("%s: %s", notice.code, notice.message)
     if answer.remark:

@@ -175,7 +175,7 @@ def _check_options(arguments: argparse.Namespace) -> None:
     require_links(arguments)
     check_density_options(arguments)
     check_parts_options(arguments)
-    check_shape_option(arguments, _clash_of_shape(arguments))
+    check_shape_option(arguments, _name_clash(arguments))
     if arguments.payload is not None and arguments.merge:
         arguments.refuse("--merge does not go with --payload, which no file holds")
     if arguments.budget is None and arguments.pareto is None:
@@ -198,7 +198,7 @@ def _check_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"{flag}: one joint has two caps")
 
 
-def _clash_of_shape(arguments: argparse.Namespace) -> str:
+def _name_clash(arguments: argparse.Namespace) -> str:
     """Say which options, for loads that feel moments of inertia, do not go with a shape."""
     given = {
         "--max-bearing": arguments.max_bearing,

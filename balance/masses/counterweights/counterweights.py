@@ -147,7 +147,7 @@ def counterweights(
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")
     if asked.planar and asked.balance == "dynamic" and thickness is None:
         asked = recompute_spatial(asked)
-    choices = wanted_shapes(shape, asked, density, move, _clash(minimise, thickness))
+    choices = wanted_shapes(shape, asked, density, move, _name_clash(minimise, thickness))
     moved = moved_links(asked, body_regions, move)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
@@ -180,7 +180,7 @@ def counterweights(
     return replace(answer, words=words)
 
 
-def _clash(minimise: AddedObjective, thickness: float | None) -> str:
+def _name_clash(minimise: AddedObjective, thickness: float | None) -> str:
     """Say what of a request does not go with a shape; empty if all does."""
     if minimise == "mass" and thickness is None:
         return ""

@@ -112,14 +112,16 @@ def solve(channels: Sequence[ChannelRows]) -> LeastSquares | None:
     least = [np.maximum(size, np.finfo(np.float64).tiny) for size in least]
     residuals = [_project_out(c.sensor, c.loads) for c in channels]
     none = [np.zeros(len(channel.loads)) for channel in channels]
-    noise = _noise(channels, residuals, none, least)
+    noise = _estimate_noise(channels, residuals, none, least)
     for _ in range(MAX_WEIGHTS):
-        v, R, residuals, leverages = _weighted(channels, A, noise)
-        freedoms = [_sums(c, 1.0 - h) for c, h in zip(channels, leverages, strict=True)]
+        v, R, residuals, leverages = _solve_weighted(channels, A, noise)
+        freedoms = [
+            _sum_by_recording(c, 1.0 - h) for c, h in zip(channels, leverages, strict=True)
+        ]
         if min(float(freedom.min()) for freedom in freedoms) < LEAST_FREEDOM:
             return None
         before = noise
-        noise = _noise(channels, residuals, leverages, least)
+        noise = _estimate_noise(channels, residuals, leverages, least)
         if all(
             np.all(np.abs(now - old) <= NOISE_FOUND * old)
             for now, old in zip(noise, before, strict=True)
@@ -134,13 +136,13 @@ def _project_out(columns: Array, rows: Array) -> Array:
     return np.asarray(rows - Q @ (Q.T @ rows))
 
 
-def _weighted(
+def _solve_weighted(
     channels: Sequence[ChannelRows], A: Sequence[Array], noise: Sequence[Array]
 ) -> tuple[Array, Array, list[Array], list[Array]]:
     """Solve the weighted equations ``A v + F a = y`` of all channels.
 
     Returns:
-        v, the factor R of its covariance, residuals and leverages of the rows of each channel.
+        v; R of ``R' R = cov(v)⁻¹``; residuals and leverages of the rows of each channel.
     """
     bases = [
         np.linalg.qr(channel.sensor / sigma[:, None])[0]
@@ -165,13 +167,13 @@ def _weighted(
     return v, R, residuals, leverages
 
 
-def _sums(channel: ChannelRows, values: Array) -> Array:
+def _sum_by_recording(channel: ChannelRows, values: Array) -> Array:
     """Sum values of rows (N,) over each recording that has the channel."""
     starts = np.flatnonzero(np.diff(channel.recording, prepend=-1))
     return np.asarray(np.add.reduceat(values, starts))
 
 
-def _noise(
+def _estimate_noise(
     channels: Sequence[ChannelRows],
     residuals: Sequence[Array],
     leverages: Sequence[Array],
@@ -180,7 +182,7 @@ def _noise(
     """Estimate the standard deviation of each row of each channel, one for a recording."""
     noise = []
     for channel, r, h, floor in zip(channels, residuals, leverages, least, strict=True):
-        power = _sums(channel, np.square(r)) / _sums(channel, 1.0 - h)
+        power = _sum_by_recording(channel, np.square(r)) / _sum_by_recording(channel, 1.0 - h)
         which = np.unique(channel.recording, return_inverse=True)[1]
         noise.append(np.maximum(np.sqrt(power)[which], floor))
     return noise

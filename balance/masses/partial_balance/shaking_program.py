@@ -85,7 +85,7 @@ class ShakingProgram:
         """Mass of the bodies of the file, kg, a unit of mass; 1 if they have none."""
         return float(self.matter.given[:, 0].sum()) or 1.0
 
-    def over(
+    def restate_over(
         self, matter: AddedParameters, T: Array, stocks: tuple[Stock, ...]
     ) -> ShakingProgram:
         """Return the program over matter in other regions.

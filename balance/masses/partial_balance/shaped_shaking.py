@@ -71,7 +71,7 @@ def least_shaped_shaking(
     stocks = dict(zip(program.matter.regions, program.stocks, strict=True))
     if choices[0].kind == "sector":
         fans = held_choices(space, stocks, choices, partial(fan_of, space))
-        answers = [_with_sectors(space, program, dict(chosen), budget) for chosen in fans]
+        answers = [_minimise_sectors(space, program, dict(chosen), budget) for chosen in fans]
     else:
         unit = min(budget, program.unit)
 
@@ -80,7 +80,7 @@ def least_shaped_shaking(
 
         holders = held_choices(space, stocks, choices, hold)
         answers = [
-            _with_holders(space, program, dict(chosen), budget, unit) for chosen in holders
+            _minimise_held(space, program, dict(chosen), budget, unit) for chosen in holders
         ]
     best = answers[first_least([answer.value for answer in answers])]
     best = best._replace(any_shape=free.value)
@@ -93,7 +93,7 @@ def least_shaped_shaking(
     )
 
 
-def _with_holders(
+def _minimise_held(
     space: DesignSpace,
     program: ShakingProgram,
     holders: Mapping[int, ShapeHolder],
@@ -117,7 +117,7 @@ def _with_holders(
             weights[b] = filled_counterweight(space.bodies[b], stock, WHOLE, fill(stock, WHOLE))
     if not all(holders[b].holds(weight.region) for b, weight in weights.items()):
         weights = {}
-    return _answer(program, weights, program.scale * bound)
+    return _judge_weights(program, weights, program.scale * bound)
 
 
 def _coordinates(program: ShakingProgram, holders: Sequence[ShapeHolder], unit: float) -> Array:
@@ -181,20 +181,20 @@ def _solve(
     return x, -float(offset @ solution.dual), float(solution.dual[0])
 
 
-def _with_sectors(
+def _minimise_sectors(
     space: DesignSpace, program: ShakingProgram, fans: Mapping[int, Stock], budget: float
 ) -> LeastShaking:
     """Minimise the shaking over sectors of given sizes: matter in the directions of fans."""
     regions = {b: stock.region for b, stock in fans.items()}
     blocks = [
-        np.array([_in_region(region, P) for P in _basis(regions[b])]).T
+        np.array([_in_region(region, P) for P in _list_basis(regions[b])]).T
         for b, region in program.matter.regions.items()
     ]
     T = np.zeros((program.matter.count + 1,) * 2)
     T[-1, -1] = 1.0
     for k, block in enumerate(blocks):
         T[10 * k : 10 * k + 10, 10 * k : 10 * k + 10] = block
-    fanned = program.over(AddedParameters.of(space, regions), T, tuple(fans.values()))
+    fanned = program.restate_over(AddedParameters.of(space, regions), T, tuple(fans.values()))
     answer = least_shaking(fanned, budget)
     assert isinstance(answer, LeastShaking)
     weights = {}
@@ -203,16 +203,16 @@ def _with_sectors(
         matter = (TRIANGLES[4] @ part).reshape(4, 4)
         if matter[3, 3] > max(0.0, SHAPE_MASS_ZERO * total):
             weights[b] = sector_about(space.bodies[b], stock, matter)
-    return _answer(program, weights, answer.bound)
+    return _judge_weights(program, weights, answer.bound)
 
 
-def _basis(region: Region) -> list[Array]:
+def _list_basis(region: Region) -> list[Array]:
     """List the moments (4, 4) in the link frame of units of the coordinates of a region."""
     basis = TRIANGLES[4].T.reshape(10, 4, 4)
     return [region.place @ S @ region.place.T for S in basis]
 
 
-def _answer(
+def _judge_weights(
     program: ShakingProgram, weights: Mapping[int, Counterweight], bound: float
 ) -> LeastShaking:
     """Compute what weights do, as they are."""

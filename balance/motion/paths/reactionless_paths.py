@@ -206,5 +206,5 @@ class ReactionlessPaths(WithPage, WithPicture):
             "paths": [path.to_dict() for path in self.paths],
             "tool": None if self.tool is None else self.tool.to_dict(),
             "reason": self.reason or None,
-            "warnings": [notice._asdict() for notice in self.notices],
+            "warnings": [notice.to_dict() for notice in self.notices],
         }

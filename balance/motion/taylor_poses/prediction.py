@@ -237,7 +237,7 @@ class Predictions:
             "length": self.length,
             "poses": [self._pose_data(pose) for pose in self.poses],
             "reached": self.reached,
-            "warnings": [notice._asdict() for notice in self.notices],
+            "warnings": [notice.to_dict() for notice in self.notices],
         }
 
     def _pose_data(self, pose: Prediction) -> dict[str, object]:

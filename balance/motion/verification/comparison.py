@@ -131,6 +131,7 @@ def round_off_of(pair: Sequence[Verification], part: str) -> float:
 
 
 def _round_off(check: Verification, part: str) -> float:
+    """Return what round-off decides of a load of one verification; see `round_off_of`."""
     size, scale = _peak(check, part), check.part_scale(part)
     least, _ = check.peak_range(part)
     unknown = least == 0.0 and size <= check.tolerance * scale
@@ -138,6 +139,7 @@ def _round_off(check: Verification, part: str) -> float:
 
 
 def _peak(check: Verification, part: str) -> float:
+    """Return the peak of a shaking load, N or N m."""
     return check.force if part == "force" else check.moment
 
 

@@ -250,7 +250,7 @@ def _returns(trajectory: Trajectory, chain: Chain) -> bool:
     )
 
 
-def _ways_to_next(u: Array) -> tuple[Array, Array]:
+def _compute_ways(u: Array) -> tuple[Array, Array]:
     """Compute the ways of the inputs to the next sample (N, w), and their lengths (N,).
 
     A way within `SAMPLE_REST` is none, and the next one makes up for it.
@@ -295,7 +295,7 @@ def track(
     extremes = np.array([0.0, 1.0, 0.0])
     # Predict along one direction only: the expansion has far fewer numbers.
     moves = freeze(chain.moves.any(axis=1, keepdims=True), np.bool_)
-    advance, lengths = _ways_to_next(u / scale)
+    advance, lengths = _compute_ways(u / scale)
     directions = advance / np.where(lengths > 0.0, lengths, 1.0)[:, None]
     lines = freeze((directions @ chain.columns.T)[:, :, None])
     rates = (np.ascontiguousarray(x / scale)[:, None] for x in (ud, udd))

@@ -414,7 +414,7 @@ class Verification(WithPage, WithPicture):
             "agreement": self.agreement,
             "closure": self.closure,
             "remarks": list(self.remarks),
-            "warnings": [notice._asdict() for notice in self.notices],
+            "warnings": [notice.to_dict() for notice in self.notices],
         }
 
     @property

@@ -341,7 +341,7 @@ class DesignSpace(SpaceData, WithPage, LaterFields):
             "singular_values": self.singular_values.tolist(),
             "basis": self.basis.tolist(),
             "as_given": self.as_given._asdict(),
-            "warnings": [notice._asdict() for notice in self.warnings],
+            "warnings": [notice.to_dict() for notice in self.warnings],
         }
 
 

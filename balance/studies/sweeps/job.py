@@ -299,7 +299,7 @@ def _by_row(
         column.name: np.full(reasons.size, empty[column.kind], dtype=types[column.kind])
         for column in columns
     }
-    answered = _together(geometries, quantity, np.flatnonzero(chosen), arrays)
+    answered = _compute_together(geometries, quantity, np.flatnonzero(chosen), arrays)
     for row in np.flatnonzero(chosen & ~answered).tolist():
         try:
             geometry = geometries.at(row)
@@ -314,7 +314,7 @@ def _by_row(
     return arrays
 
 
-def _together(
+def _compute_together(
     geometries: _Geometries, quantity: Quantity, rows: IntArray, arrays: dict[str, Any]
 ) -> Flags:
     """Compute a quantity of rows at once, where it can be; return of which (all rows,)."""

@@ -95,7 +95,7 @@ def function_four_bars(
     """
     beta, gamma = turns_of(points)
     if len(points) == 3:
-        phi, psi = _starts() if start is None else np.array(start)[:, None]
+        phi, psi = _list_starts() if start is None else np.array(start)[:, None]
         W, Z = solve_freudenstein(phi + beta[:, None], psi + gamma[:, None])
     else:
         W, Z = _tips_by_inversion(beta, gamma)
@@ -121,7 +121,7 @@ def turns_of(points: Sequence[FunctionPoint]) -> tuple[Array, Array]:
     return crank - crank[0], rocker - rocker[0]
 
 
-def _starts() -> tuple[Array, Array]:
+def _list_starts() -> tuple[Array, Array]:
     """List the pairs of a grid of first angles (count,)."""
     angles = np.pi * (np.arange(STARTS) + 0.5) / STARTS
     phi, psi = np.meshgrid(angles, angles)

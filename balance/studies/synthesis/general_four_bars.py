@@ -210,11 +210,12 @@ def merit(transmission: Array, spread: Array) -> Array:
 
     Args:
         transmission: least transmission angle, radians (n,).
-        spread: largest distance of a pivot from the tool, in sizes of the positions (n,);
-            infinite: its transmission alone counts.
+        spread: largest distance of a pivot from the tool, in sizes of the positions (n,), below
+            `FARTHEST`; infinite for a four-bar that counts among the others.
     """
-    small = (transmission > AMPLE) & np.isfinite(spread)
-    return np.where(small, spread, FARTHEST * (2.0 - transmission))
+    ample = (transmission > AMPLE) & np.isfinite(spread)
+    # No transmission angle is above π/2: the others rate `FARTHEST` and more.
+    return np.where(ample, spread, FARTHEST * (1.0 + 0.5 * math.pi - transmission))
 
 
 class _Pairs(NamedTuple):

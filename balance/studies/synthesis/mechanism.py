@@ -211,7 +211,8 @@ class Synthesis(WithPage, WithPicture):
     def _through(self) -> str:
         """Say where mechanisms pass."""
         if self.function:
-            return f"whose rocker {'nearly ' * bool(self.within)}follows the function"
+            follows = "nearly follows" if self.within else "follows"
+            return f"whose rocker {follows} the function"
         return f"{'near' if self.within else 'through'} the positions"
 
     @property

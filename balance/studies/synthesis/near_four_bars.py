@@ -128,7 +128,7 @@ def near_timed_four_bars(positions: Sequence[Position]) -> tuple[GeneralFourBar,
     four_bars, spreads = [], []
     for loop in _search(leftover, beta):
         s, t, q = (complex(part[0]) for part in _fit_point(loop, goal)[0])
-        four_bar = _timed(loop, (size * s, centre + size * t, size * q), positions, beta)
+        four_bar = _make_timed(loop, (size * s, centre + size * t, size * q), positions, beta)
         links = [size * abs(s) * float(each[0]) for each in loop.lengths]
         if min(links) > SHORTEST * size and four_bar.spread < FARTHEST * size:
             four_bars.append(four_bar)
@@ -144,7 +144,7 @@ def _fit_point(loops: _Loops, goal: ComplexArray) -> tuple[ComplexArray, Complex
     return parts[..., 0].T, (rows @ parts)[..., 0].T - goal
 
 
-def _timed(
+def _make_timed(
     loop: _Loops,
     fit: tuple[complex, complex, complex],
     positions: Sequence[Position],
@@ -212,19 +212,21 @@ def _search(leftover: Leftover, beta: Array) -> list[_Loops]:
     """Find loops without defects of which least is left next to starts."""
     minima = []
     for side in (1.0, -1.0):
-        x = _starts()
+        x = _list_starts()
         cost = np.linalg.norm(_residual(leftover, _place_loops(x, side, beta)), axis=0)
         ranks = rank_least_first(cost.tolist())[: STARTS // 2]
         minima += [(_refine(leftover, x[:, k], side, beta), side) for k in ranks]
     kept: list[_Loops] = []
     for x, side in minima:
         loop = _place_loops(x[:, None], side, beta)
-        if loop.cosine[0] < math.cos(LEAST) and all(_apart(loop, each) > SAME for each in kept):
+        if loop.cosine[0] < math.cos(LEAST) and all(
+            _measure_distance(loop, each) > SAME for each in kept
+        ):
             kept.append(loop)
     return kept
 
 
-def _apart(loop: _Loops, other: _Loops) -> float:
+def _measure_distance(loop: _Loops, other: _Loops) -> float:
     """Compute how far the tips of two loops and their bases are apart, in cranks."""
     base = float(np.abs(loop.lengths.base - other.lengths.base)[0])
     tips = np.abs(loop.tips[0] - other.tips[0]) + np.abs(loop.ends[0] - other.ends[0])
@@ -242,12 +244,12 @@ def _nearest_first(
     """
     transmission = np.array([each.transmission for each in four_bars])
     ranks = rank_least_first(merit(transmission, np.array(spread)).tolist())
-    sorted_ones = [four_bars[k] for k in ranks]
-    errors = [each.root_mean_square / size for each in sorted_ones]
-    return tuple(sorted_ones[k] for k in rank_least_first(errors, *EQUAL))
+    ranked = [four_bars[k] for k in ranks]
+    errors = [each.root_mean_square / size for each in ranked]
+    return tuple(ranked[k] for k in rank_least_first(errors, *EQUAL))
 
 
-def _starts() -> Array:
+def _list_starts() -> Array:
     """List the grid of first angles and logarithms of lengths (4, count)."""
     angles = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
     grid = np.meshgrid(angles, *[np.log(LENGTHS)] * 3, indexing="ij")

@@ -219,13 +219,13 @@ def equivalent_points(
     return tuple((x, y, z) for x, y, z in points.tolist()), (0.25 * mass,) * len(points)
 
 
-def _driven(platform: ParallelepipedPlatform) -> tuple[int, int, int]:
+def _count_driven(platform: ParallelepipedPlatform) -> tuple[int, int, int]:
     """Count the legs whose first, second and third edge is driven; they are the first ones."""
     first = min(platform.freedoms, len(platform.legs))
     return first, platform.freedoms - first, 0
 
 
-def _directions(edges: Array) -> tuple[Array, Array]:
+def _compute_directions(edges: Array) -> tuple[Array, Array]:
     """Compute the axes of the edges of a leg, and the directions in which their tips go.
 
     Args:
@@ -245,7 +245,7 @@ def _leg_edges(
 ) -> list[_Edge]:
     """Find the masses of a leg, from its tip to the base."""
     along = np.array(vectors).round(DECIMALS)
-    axes, ways = _directions(along)
+    axes, ways = _compute_directions(along)
     axes = axes.round(DECIMALS)
     carried, edges = share, list[_Edge]()
     for k in reversed(range(EDGES)):
@@ -276,7 +276,7 @@ def _add_leg(
     below = "base", (np.array(platform.hinges[number - 1]) - reach).round(DECIMALS)
     for k, edge in enumerate(edges, 1):
         label = f"{number}_{k}"
-        driven = number <= _driven(platform)[k - 1]
+        driven = number <= _count_driven(platform)[k - 1]
         parts += _edge_elements(platform, edge, label, below, driven)
         below = f"carrier_{label}", edge.aside
     return below
@@ -414,14 +414,14 @@ def _origin(at: Array) -> Element:
 
 
 def _check(platform: ParallelepipedPlatform) -> None:
-    """Refuse what is no platform on three legs, or does not follow its inputs."""
+    """Refuse sizes of no platform, or of one that does not follow its inputs."""
     where = "platform on parallelepipeds"
     if platform.freedoms not in FREEDOMS:
         raise UsageError(f"{where}: freedoms = {platform.freedoms}: give 3 or 6")
     counts = {len(platform.hinges), len(platform.legs), len(platform.shares)}
     if len(counts) != 1 or not counts <= {*LEGS} or {*map(len, platform.legs)} != {EDGES}:
         raise UsageError(f"{where}: give three or four hinges, shares and legs of three edges")
-    for field, value in _sizes(platform).items():
+    for field, value in _name_sizes(platform).items():
         if not 0.0 < value < float("inf"):
             raise UsageError(f"{where}: {field} = {value:g} must be positive")
     for number, leg in enumerate(platform.legs, 1):
@@ -446,10 +446,10 @@ def _is_flat(edges: Array) -> bool:
     lengths = np.linalg.norm(edges, axis=1)
     if not abs(np.linalg.det(edges)) > FLAT * lengths.prod() < np.inf:
         return True
-    return bool(abs(np.linalg.det(_directions(edges)[1])) <= FLAT)
+    return bool(abs(np.linalg.det(_compute_directions(edges)[1])) <= FLAT)
 
 
-def _sizes(platform: ParallelepipedPlatform) -> dict[str, float]:
+def _name_sizes(platform: ParallelepipedPlatform) -> dict[str, float]:
     """Name what must be positive."""
     fields = ("carrier_mass", "width", "counter", "ratio", "rotor_radius")
     sizes = {field: float(getattr(platform, field)) for field in fields}
@@ -468,9 +468,9 @@ def _input_speeds(platform: ParallelepipedPlatform) -> Array:
     hinges = np.array(platform.hinges)
     arms = hinges - hinges.mean(axis=0)
     size = np.linalg.norm(arms, axis=1).max()
-    driven, rows = _driven(platform), []
+    driven, rows = _count_driven(platform), []
     for number, (arm, leg) in enumerate(zip(arms / size, platform.legs, strict=True)):
-        _, ways = _directions(np.array(leg))
+        _, ways = _compute_directions(np.array(leg))
         # The turn ω moves the hinge by ω × arm.
         x, y, z = arm
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])

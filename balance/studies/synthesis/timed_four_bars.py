@@ -53,8 +53,6 @@ NEAR = 3.0
 # Steps of Newton's method, many where two turns γ_2 nearly coincide; what is left when it ends,
 # and at most; how far two dyads differ at least, all over the size.
 STEPS, EXACT, LEFT, APART = 40, 1e-15, 1e-12, 1e-7
-
-
 # Shortest link over the longest one, from which a four-bar of ample transmission comes first.
 EVEN = 0.25
 

@@ -24,10 +24,9 @@ from kinematics.files.urdf.loop_file import merge_loop_file
 from kinematics.files.urdf.read_options import Path, ReadOptions, RobotFile
 from kinematics.files.urdf.rounded_angles import (
     DEGREES,
-    ROUNDED_ANGLES,
     describe_degrees,
-    describe_rounded_angles,
     find_rounded_angles,
+    note_rounded_angles,
     replace_rounded_angles,
 )
 from kinematics.files.urdf.validate import validate_robot, validate_tree
@@ -126,8 +125,9 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
     merged = merge_loop_file(robot.tree, source, loops, search, robot.dialects)
     tree, repeated = drop_repeated_loops(merged.tree, robot.dialects)
     rounded = find_rounded_angles(tree)
-    text = f"{clean(source, 1000)}: {describe_rounded_angles(rounded, options.angles)}"
-    more = ((ROUNDED_ANGLES, text),) if rounded else ()
+    more: tuple[tuple[str, ...], ...] = ()
+    if rounded:
+        more = (note_rounded_angles(clean(source, 1000), rounded, options.angles),)
     if degrees := describe_degrees(tree):
         more = (*more, (DEGREES, f"{clean(source, 1000)}: {degrees}"))
     if nominal:

@@ -53,6 +53,8 @@ if TYPE_CHECKING:
 
 # Code of the notice on links that carry no parameters.
 MASSLESS = "massless"
+# Names that are few enough to be listed in short forms of a notice, too.
+FEW_NAMES = 3
 
 
 def read_linkage(source: str, file: RobotFile, options: ReadOptions) -> UnassembledLinkage:
@@ -311,4 +313,7 @@ def _notices(
             bare.append(name)
     if not bare:
         return ()
-    return (Notice(MASSLESS, f"no mass, so no parameters: {', '.join(bare)}"),)
+    what, names = "no mass, so no parameters", ", ".join(bare)
+    if len(bare) <= FEW_NAMES:
+        return (Notice(MASSLESS, f"{what}: {names}"),)
+    return (Notice(MASSLESS, f"{what}: {len(bare)} links: {names}", names),)

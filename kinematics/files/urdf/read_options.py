@@ -37,13 +37,14 @@ class RobotFile(NamedTuple):
     Attributes:
         tree: the ``<robot>`` element.
         inputs: coordinates named as inputs; None if the marks in the tree name them.
-        remarks: code and message of each remark for the user.
+        remarks: code and message of each remark for the user, and the names in it, if short
+            forms leave them out.
         document: the URDF text, if the file itself is not one that can be read again.
         dialects: dialects of loops in the words of other tools, by the names of the loops.
     """
 
     tree: Element
     inputs: tuple[str, ...] | None = None
-    remarks: tuple[tuple[str, str], ...] = ()
+    remarks: tuple[tuple[str, ...], ...] = ()
     document: Document | None = None
     dialects: Mapping[str, str] = {}

@@ -85,29 +85,35 @@ def replace_rounded_angles(tree: Element) -> Element:
     return _replace_elements(tree, new) if new else tree
 
 
-def describe_rounded_angles(rounded: Sequence[Rounded], reading: str) -> str:
+def note_rounded_angles(
+    source: str, rounded: Sequence[Rounded], reading: str
+) -> tuple[str, str, str]:
     """Compose the remark on the angles that look rounded.
 
     Args:
+        source: the file.
         rounded: angles that look rounded.
         reading: one of `ANGLE_READINGS`.
 
     Returns:
-        Number, names and interpretation of the angles, and the alternative.
+        Code, message and names of a `kinematics.model.linkage.Notice`. The message tells
+        number, interpretation and names of the angles, and the alternative.
     """
     named = ", ".join(
         f"{clean(r.word)} in {r.attribute} of {r.label}" for r in rounded[:MAX_NAMED]
     )
-    more = f" and {len(rounded) - MAX_NAMED} more" if len(rounded) > MAX_NAMED else ""
+    if len(rounded) > MAX_NAMED:
+        named += f" and {len(rounded) - MAX_NAMED} more"
     look = "angle looks" if len(rounded) == 1 else "angles look"
     how = "read as multiples of π/12, the default"
     choice = "--as-written (angles='as_written')"
     if reading != "nominal":
         how, choice = "taken as written", "--nominal (angles='nominal')"
-    return (
-        f"{len(rounded)} {look} rounded, {how}: {named}{more}; "
-        f"write all 16 digits, or choose {choice}"
+    text = (
+        f"{source}: {len(rounded)} {look} rounded, {how}: {named}; write all 16 digits, or "
+        f"choose {choice}"
     )
+    return ROUNDED_ANGLES, text, named
 
 
 def describe_degrees(tree: Element) -> str:

@@ -21,7 +21,7 @@ from kinematics.model.document.element import Document, Element
 from kinematics.model.document.write_numbers import element_text
 from kinematics.model.linkage import Linkage
 
-Remarks = Sequence[tuple[str, str]]
+Remarks = Sequence[tuple[str, ...]]
 
 
 def assemble_elements(
@@ -38,7 +38,7 @@ def assemble_elements(
         source: name of the linkage in messages.
         inputs: names of joints to use as independent coordinates.
         options: changes to the elements.
-        remarks: code and message of each remark for the user.
+        remarks: those of `kinematics.files.urdf.read_options.RobotFile`.
 
     Returns:
         The linkage at its reference pose, SI units.

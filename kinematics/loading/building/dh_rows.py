@@ -12,9 +12,8 @@ from kinematics.error_text import clean
 from kinematics.files.urdf.nominal_angles import nearest_twelfth
 from kinematics.files.urdf.rounded_angles import (
     ANGLE_READINGS,
-    ROUNDED_ANGLES,
     Rounded,
-    describe_rounded_angles,
+    note_rounded_angles,
 )
 from kinematics.files.urdf.validate_fields import MAX_ANGLE, MAX_NUMBER
 from kinematics.files.urdf.xml_tree import Refusal
@@ -99,8 +98,7 @@ def from_dh(
         titles = _joint_names(names, len(numbers))
         numbers, rounded = _replace_rounded(numbers, titles, angles)
         robot = _robot(name, numbers, convention, _joint_kinds(kinds, titles), titles, bodies)
-    text = f"{source}: {describe_rounded_angles(rounded, angles)}"
-    remarks = [(ROUNDED_ANGLES, text)] if rounded else []
+    remarks = [note_rounded_angles(source, rounded, angles)] if rounded else []
     return assemble_elements(robot, source, titles, links_and_joints(bodies), remarks)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,6 @@ from numba.core import event, ir
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.errors import NumbaTypeError
-from numba.core.runtime import rtsys
 from numba.core.typed_passes import NopythonTypeInference
 from numba.extending import typeof_impl
 
@@ -174,11 +173,12 @@ def _guard_cache(store: Any) -> None:
     load, save, lock = store.load_overload, store.save_overload, Path(store.cache_path, "lock")
 
     def load_undamaged(signature: Any, context: Any) -> Any:
-        try:
-            with _without_refresh(context):
+        # A file cut short by a crash or a full disk may raise anything. The second try is for
+        # versions of Numba that need the rules.
+        for prepare in (_without_refresh, nullcontext):
+            with suppress(Exception), prepare(context):
                 return load(signature, context)
-        except Exception:  # a file cut short by a crash or a full disk may raise anything
-            return None
+        return None
 
     def save_alone(signature: Any, data: Any) -> None:
         try:
@@ -200,15 +200,21 @@ def _guard_cache(store: Any) -> None:
 def _without_refresh(context: Any) -> Iterator[None]:
     """Load a kernel without the rules by which Numba compiles.
 
-    Numba collects them before it loads the first kernel, which takes as long as loading twenty;
-    machine code needs none of them, but the memory of its arrays. A compilation collects them.
+    Numba collects them by ``refresh`` of its context before it loads the first kernel, which
+    takes as long as loading twenty; machine code needs none of them, but the memory of its
+    arrays. A compilation collects them.
+
+    Raises:
+        Exception: this version of Numba cannot do so; the context is as before.
     """
+    from numba.core.runtime import rtsys
+
     rtsys.initialize(context)
     context.refresh = lambda: None
     try:
         yield
     finally:
-        del context.refresh
+        vars(context).pop("refresh", None)
 
 
 class _CompilationEvents(event.Listener):

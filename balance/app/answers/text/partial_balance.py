@@ -229,5 +229,5 @@ def front_body(front: ParetoFront) -> AnswerBody:
         rows = counterweight_rows(best.weights, best.regions, digits=DIGITS, nothing="none")
         how = "about " if best.shape is None else ""
         lines = part_lines(best.weights, how)
-        body += ["", AnswerTable(rows), *lines, *[FRAMES] * bool(lines)]
+        body += ["", AnswerTable(rows), *lines, *([FRAMES] if lines else [])]
     return body

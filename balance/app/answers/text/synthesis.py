@@ -34,7 +34,7 @@ def synthesis_facts(synthesis: Synthesis) -> list[tuple[str, str]]:
         if synthesis.kind != "pantograph"
         else f"{synthesis.kind}, {synthesis.case}"
     )
-    pairs = [_asked(synthesis), ("mechanism", kind)]
+    pairs = [_describe_task(synthesis), ("mechanism", kind)]
     if synthesis.ratio is not None:
         pairs.append(("ratio", f"k = {number_text(synthesis.ratio, '.6g')}"))
     pairs += [("verdict", synthesis.words), *(("remark", words) for words in synthesis.remarks)]
@@ -43,23 +43,23 @@ def synthesis_facts(synthesis: Synthesis) -> list[tuple[str, str]]:
     return pairs
 
 
-def _asked(synthesis: Synthesis) -> tuple[str, str]:
+def _describe_task(synthesis: Synthesis) -> tuple[str, str]:
     """Write the positions, or the function, with their label."""
     if synthesis.function:
-        turns = (tuple(map(_degrees, each)) for each in synthesis.function)
+        turns = (tuple(map(_angle_text, each)) for each in synthesis.function)
         return "function", "; ".join(
             f"crank {crank}, rocker {rocker}" for crank, rocker in turns
         )
     at = "with the crank at" if synthesis.timed else "at"
     places = (
         f"({number_text(each.x, '.6g')}, {number_text(each.y, '.6g')}) "
-        f"{at} {_degrees(each.angle)}"
+        f"{at} {_angle_text(each.angle)}"
         for each in synthesis.positions
     )
     return "positions", "; ".join(places)
 
 
-def _degrees(angle: float) -> str:
+def _angle_text(angle: float) -> str:
     """Write an angle of radians."""
     return f"{number_text(math.degrees(angle), '.6g')}°"
 
@@ -124,7 +124,7 @@ def _function_and_errors(mechanism: SynthesizedMechanism) -> list[tuple[str, str
             for name in ("crank", "coupler", "rocker", "base")
         )
         starts = (
-            f"{name} at {_degrees(numbers[f'{name}_start'])}" for name in ("crank", "rocker")
+            f"{name} at {_angle_text(numbers[f'{name}_start'])}" for name in ("crank", "rocker")
         )
         pairs += [("lengths", f"{', '.join(links)} m"), ("start", ", ".join(starts))]
     if "rms_distance" in numbers:

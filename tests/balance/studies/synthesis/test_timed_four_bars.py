@@ -12,6 +12,7 @@ from balance import synthesize, verify
 from balance.app.answers.html.synthesis import synthesis_page
 from balance.app.cli.main import main
 from balance.studies.synthesis.four_bar_masses import four_bar_urdf
+from balance.studies.synthesis.general_four_bars import merit
 from balance.studies.synthesis.positions import Position
 from balance.studies.synthesis.timed_four_bars import timed_four_bars
 from kinematics import load
@@ -122,6 +123,12 @@ def test_even_four_bars_come_first():
     ample = [each for each in designs if each.transmission > np.radians(35.0)]
     even = [each for each in ample if unevenness(each) < 4.0]
     assert first.spread == pytest.approx(min(each.spread for each in even))
+
+
+def test_no_transmission_angle_makes_up_for_a_short_link():
+    """An even four-bar of ample transmission comes first, however wide it is."""
+    transmission, spread = np.radians([90.0, 36.0, 34.0]), np.array([np.inf, 19.9, 1.0])
+    assert np.argsort(merit(transmission, spread)).tolist() == [1, 0, 2]
 
 
 def test_whole_turns_of_the_tool_count():

@@ -209,6 +209,19 @@ def test_a_kernel_is_loaded_without_the_rules_by_which_numba_compiles(small):
     assert out == ["20.0", "False", "20.0", "True", "2"]
 
 
+@pytest.mark.compile
+def test_a_kernel_is_loaded_with_the_rules_where_numba_asks_for_them(small):
+    """As another version of Numba may, whose runtime cannot be started alone."""
+    folder, environment = small
+    code = (
+        "import sys, numba.core.runtime; numba.core.runtime.rtsys = None; "
+        "from kinematics.above import outer; "
+        "print(outer(1.0), 'numba.np.arraymath' in sys.modules)"
+    )
+    assert run(folder, code, **environment)[1], "it is compiled, and that is told"
+    assert run(folder, code, **environment) == (["20.0", "True"], [])
+
+
 def on_terminal(folder, *words, **environment):
     """What a process writes to a terminal that is its standard error."""
     pty = pytest.importorskip("pty", reason="there are no pseudo-terminals here")

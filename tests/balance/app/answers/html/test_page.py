@@ -76,7 +76,7 @@ def test_page_holds_the_report(model, motion):
     for primitive in (p for f in report["freedoms"] for p in f["primitives"]):
         value = f"{primitive['value']:+.4g}".replace("-", "−")
         assert f"{value} kg" in found.text and f"on {primitive['body']}" in found.text
-    for code, message in space.warnings:
+    for code, message, _ in space.warnings:
         assert code in found.text and message in found.text
 
 

@@ -6,6 +6,9 @@ from kinematics.wording import number_text, prefix_of
 
 # Ratio of a load to that before, from which it is written as a number of times.
 MANY_TIMES = 10.0
+# Ratio of the larger load to the smaller, up to which both have three digits: two do not show
+# the percentage.
+SIMILAR = 2.0
 # Percent up to which a load is unchanged.
 UNCHANGED = 0.5
 # Masses below are written in grams, kilograms.
@@ -28,7 +31,11 @@ def change_text(
     if first == then == 0.0:
         return f"0 {unit}"
     factor, prefix = prefix_of(max(first, then))
-    sizes = f"{_two_digits(first / factor)} → {_two_digits(then / factor)} {prefix}{unit}"
+    differs = abs(then - first) > UNCHANGED / 100.0 * first
+    similar = differs and max(first, then) <= SIMILAR * min(first, then)
+    digits = 3 if similar else 2
+    start, end = (_with_digits(size / factor, digits) for size in (first, then))
+    sizes = f"{start} → {end} {prefix}{unit}"
     return f"{sizes} ({_percent_text(then / first, worded)})" if first else sizes
 
 
@@ -49,7 +56,7 @@ def _percent_text(ratio: float, worded: bool) -> str:
     if abs(percent) <= UNCHANGED:
         return "unchanged"
     if ratio >= MANY_TIMES:
-        return f"{_two_digits(ratio)} times"
+        return f"{_with_digits(ratio)} times"
     size = number_text(abs(percent), ".0f")
     if worded:
         return f"{size} % {'less' if percent < 0.0 else 'more'}"
@@ -61,10 +68,10 @@ def mass_added_text(mass: float) -> str:
     if mass <= 0.0:
         return "nothing added"
     if mass < LEAST_KILOGRAMS:
-        return f"{_two_digits(1e3 * mass)} g added"
-    return f"{_two_digits(mass)} kg added"
+        return f"{_with_digits(1e3 * mass)} g added"
+    return f"{_with_digits(mass)} kg added"
 
 
-def _two_digits(value: float) -> str:
-    """Write a number with two digits, and without a power of ten up to a million."""
-    return f"{float(number_text(value, '.2g')):.6g}"
+def _with_digits(value: float, digits: int = 2) -> str:
+    """Write a number with so many digits, and without a power of ten up to a million."""
+    return f"{float(number_text(value, f'.{digits}g')):.6g}"

@@ -27,6 +27,7 @@ def test_changes_in_words():
     assert change_text(22.0, 1.7, "N", worded=True) == "22 → 1.7 N (92 % less)"
     assert change_text(3.1, 7.9, "N", worded=True) == "3.1 → 7.9 N (155 % more)"
     assert change_text(5.0, 5.01, "N") == "5 → 5 N (unchanged)"
+    assert change_text(135.1, 124.6, "N", worded=True) == "135 → 125 N (8 % less)"
     assert change_text(2.0, 1240.0, "N") == "2 → 1200 N (620 times)"
     # What round-off decides is nothing, and nothing has no percentage.
     assert change_text(22.0, 1e-13, "N", 1e-12) == "22 → 0 N (−100 %)"
@@ -104,7 +105,7 @@ def test_answers_begin_with_the_sentence(capsys):
     before, after = report["given"]["force"], design["found"]["force"]
     percent = 100.0 * (1.0 - after / before)
     assert design["sentence"].startswith(
-        f"Shaking force {before:.2g} → {after:.2g} N rms (−{percent:.0f} %), moment "
+        f"Shaking force {before:.3g} → {after:.3g} N rms (−{percent:.0f} %), moment "
     )
     assert main(words) == 0
     assert capsys.readouterr().out.splitlines()[:2] == [design["sentence"], ""]

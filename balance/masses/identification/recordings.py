@@ -8,6 +8,7 @@ and are set to zero between recordings.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from os import PathLike
 from typing import NamedTuple, TypeAlias
 
@@ -134,8 +135,7 @@ def read_recordings(
             if len(listed) > 1:
                 error.add_note(f"in recording {k} of {len(listed)}")
             raise
-    if not any(recording.measured.values.any() for recording in recordings):
-        raise UsageError("loads: all numbers are 0, so that nothing was measured")
+    _refuse_repeated([recording.measured for recording in recordings])
     samples = sum(len(recording.measured.time) for recording in recordings)
     most = MOST_NUMBERS // (60 * len(linkage.bodies))
     if samples > most:
@@ -155,6 +155,8 @@ def _read_recording(
 ) -> Recorded:
     """Read one recording; see `read_recordings`."""
     measured = read_measurements(linkage, loads, on_linkage)
+    if not measured.values.any():
+        raise UsageError("loads: all numbers are 0, so that nothing was measured")
     band: LowPass | None = None
     if cutoff is None:
         given = motion if isinstance(motion, Trajectory) else from_csv(linkage, motion)
@@ -164,6 +166,16 @@ def _read_recording(
     if not trajectory.moves:
         raise UsageError("motion: nothing moves; give inputs that change with time")
     return Recorded(trajectory, measured, band)
+
+
+def _refuse_repeated(measured: Sequence[Measurements]) -> None:
+    """Refuse loads that are given twice, which would count as new ones."""
+    for (k, one), (j, other) in combinations(enumerate(measured, 1), 2):
+        if one.channels == other.channels and np.array_equal(one.values, other.values):
+            raise UsageError(
+                f"recordings {k} and {j} have the same loads: leave out one, which tells "
+                "nothing more"
+            )
 
 
 def explain_recording(

@@ -128,9 +128,11 @@ def near_timed_four_bars(positions: Sequence[Position]) -> tuple[GeneralFourBar,
     four_bars, spreads = [], []
     for loop in _search(leftover, beta):
         s, t, q = (complex(part[0]) for part in _fit_point(loop, goal)[0])
+        # Points that coincide are met by a linkage without size.
+        if abs(s) * min(float(each[0]) for each in loop.lengths) <= SHORTEST:
+            continue
         four_bar = _make_timed(loop, (size * s, centre + size * t, size * q), positions, beta)
-        links = [size * abs(s) * float(each[0]) for each in loop.lengths]
-        if min(links) > SHORTEST * size and four_bar.spread < FARTHEST * size:
+        if four_bar.spread < FARTHEST * size:
             four_bars.append(four_bar)
             spreads.append(four_bar.spread / size)
     return _nearest_first(four_bars, spreads, size)

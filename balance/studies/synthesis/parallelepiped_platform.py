@@ -36,6 +36,7 @@ above and the sizes are ours.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -56,10 +57,14 @@ LEGS, FREEDOMS = (3, 4), (3, 6)
 EDGES = 3
 # Corners of a cube, one in each pair of opposite ones: Σ v vᵀ = 4.
 TETRAHEDRON = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0))
+# Numbers from which squares and sums overflow.
+LARGEST = 1e100
 # Second moment across a thin plate over the largest, at most.
 ROUNDING = 1e-12
 # Decimals of lengths and directions.
 DECIMALS = 12
+# Bounds of edges, radii of rotors, and distances of hinges from the first, m.
+SHORTEST, LONGEST = 1e-4, 1e4
 # Volume of a leg over that of a cuboid of its edges, second over first radius of gyration of
 # the hinges, and smallest over largest speed of the inputs, at least.
 FLAT = 0.05
@@ -155,7 +160,7 @@ def parallelepiped_platform_urdf(
     Raises:
         UsageError: there are not three or four legs of three edges, a leg is flat, the hinges
             are in line, the inputs do not move the platform in all its freedoms, or a size is
-            not positive.
+            not positive, or out of bounds.
 
     Source:
         Y. Wu, C. M. Gosselin, IEEE Trans. Robotics 21(5), 2005.
@@ -207,8 +212,10 @@ def equivalent_points(
     moments, c = np.array(tensor, dtype=float), np.array(centre, dtype=float)
     if moments.shape != (3, 3) or c.shape != (3,):
         raise UsageError("equivalent points: give a centre (3,) and a tensor (3, 3)")
-    if not np.isfinite([*moments.flat, *c, mass]).all():
+    if not (np.abs([*moments.flat, *c, mass]) < LARGEST).all():
         raise UsageError("equivalent points: give finite numbers")
+    if not np.abs(moments - moments.T).max() <= ROUNDING * np.abs(moments).max():
+        raise UsageError("equivalent points: the tensor is not symmetric")
     second = 0.5 * np.trace(moments) * np.eye(3) - 0.5 * (moments + moments.T)
     squares, axes = np.linalg.eigh(second)
     # A thin plate has none across it, up to rounding.
@@ -421,9 +428,12 @@ def _check(platform: ParallelepipedPlatform) -> None:
     counts = {len(platform.hinges), len(platform.legs), len(platform.shares)}
     if len(counts) != 1 or not counts <= {*LEGS} or {*map(len, platform.legs)} != {EDGES}:
         raise UsageError(f"{where}: give three or four hinges, shares and legs of three edges")
+    if {*map(len, (*platform.hinges, *sum(platform.legs, ())))} != {3}:
+        raise UsageError(f"{where}: hinges and edges have three coordinates")
     for field, value in _name_sizes(platform).items():
         if not 0.0 < value < float("inf"):
             raise UsageError(f"{where}: {field} = {value:g} must be positive")
+    _check_lengths(platform, where)
     for number, leg in enumerate(platform.legs, 1):
         if _is_flat(np.array(leg)):
             raise UsageError(f"{where}: leg {number} is flat, or not finite")
@@ -439,6 +449,16 @@ def _check(platform: ParallelepipedPlatform) -> None:
             f"{where}: its inputs do not move it in all freedoms: turn the edges of a leg in "
             "another order, or move the hinges"
         )
+
+
+def _check_lengths(platform: ParallelepipedPlatform, where: str) -> None:
+    """Refuse lengths of which the decimals of a file leave too little, or that overflow."""
+    edges = [math.hypot(*edge) for leg in platform.legs for edge in leg]
+    hinges = [math.dist(each, platform.hinges[0]) for each in platform.hinges[1:]]
+    rotors = [platform.rotor_radius * length for length in edges]
+    for name, sizes in ("hinges", hinges), ("edges", edges), ("rotors", rotors):
+        if any(0.0 < size < SHORTEST or LONGEST < size < math.inf for size in sizes):
+            raise UsageError(f"{where}: sizes of {name}: {SHORTEST:g} to {LONGEST:g} m")
 
 
 def _is_flat(edges: Array) -> bool:

@@ -19,6 +19,8 @@ from kinematics.errors import UsageError
 
 # Kinds whose coupler is that of any four-bar.
 GENERAL = ("geared-four-bar", "six-bar")
+# Shortest base of a function, metres.
+NEAREST = 1.0 / FARTHEST
 # Fewest positions at given angles of the crank, and points of a function.
 FEWEST_TIMED = 3
 
@@ -174,8 +176,10 @@ class SynthesisRequest:
             )
         if self.start is not None and not (np.abs(self.start) <= FARTHEST).all():
             raise UsageError(f"start angles are finite numbers up to {FARTHEST:g}")
-        if self.base is not None and not 0.0 < self.base <= FARTHEST:
-            raise UsageError(f"base {self.base:g} m: give a length up to {FARTHEST:g} m")
+        if self.base is not None and not NEAREST <= self.base <= FARTHEST:
+            raise UsageError(
+                f"base {self.base:g} m: give a length from {NEAREST:g} to {FARTHEST:g} m"
+            )
 
     def _check_matter(self) -> None:
         """Refuse a density or a thickness that matter cannot have."""

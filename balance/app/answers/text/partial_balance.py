@@ -16,6 +16,7 @@ from balance.app.answers.text.counterweights import (
     part_lines,
 )
 from balance.app.answers.text.linkage import linkage_facts
+from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
 from balance.support.change_text import grows
@@ -94,7 +95,9 @@ def _shape_facts(front: ParetoFront, best: PartialBalance) -> list[tuple[str, st
 def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
     """Say that the room of the regions, not the budget, limits what is left to shake."""
     full = best.mass >= USED * best.budget
-    if not best.weights or full or best.share < HARDLY_SHAKES:
+    # Of what saves hardly anything, the solver leaves open how much is best.
+    undetermined = not HARDLY_SHAKES <= best.share <= 1.0 - HARDLY_SAVED
+    if not best.weights or full or undetermined:
         return []
     used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
     return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]

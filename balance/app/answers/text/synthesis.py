@@ -129,13 +129,13 @@ def _function_and_errors(mechanism: SynthesizedMechanism) -> list[tuple[str, str
         pairs += [("lengths", f"{', '.join(links)} m"), ("start", ", ".join(starts))]
     if "rms_distance" in numbers:
         largest, mean = (
-            f"{number_text(1e3 * size, '.4g')} mm"
+            f"{size_text(1e3 * size, '.4g')} mm"
             for size in (mechanism.position_error, numbers["rms_distance"])
         )
         pairs.append(("distances", f"{largest} at most, {mean} root mean square"))
     if "rms_angle" in numbers:
         worst, typical = (
-            f"{number_text(math.degrees(size), '.4g')}°"
+            f"{size_text(math.degrees(size), '.4g')}°"
             for size in (mechanism.angle_error, numbers["rms_angle"])
         )
         pairs.append(("errors", f"{worst} at most, {typical} root mean square"))

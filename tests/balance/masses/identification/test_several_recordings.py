@@ -268,6 +268,23 @@ def test_tables_and_motions_come_in_pairs():
     assert told.value.__notes__ == ["in recording 2 of 2"]
 
 
+def test_a_recording_of_nothing_is_refused():
+    """A sensor that is off has no noise: its zeros would outweigh all other recordings."""
+    linkage, ways, _, (wrench, other) = motions(NAME, 20)
+    tables = [table(ways[0].time, 0.0 * wrench), table(ways[1].time, other)]
+    with pytest.raises(UsageError, match="all numbers are 0") as told:
+        balance.identify(linkage, ways, tables)
+    assert told.value.__notes__ == ["in recording 1 of 2"]
+
+
+def test_a_recording_that_is_given_twice_is_refused():
+    """It tells nothing more, and would make standard errors smaller."""
+    linkage, ways, _, wrenches = motions(NAME, 20)
+    tables = [table(way.time, wrench) for way, wrench in zip(ways, wrenches, strict=True)]
+    with pytest.raises(UsageError, match="recordings 1 and 3 have the same loads"):
+        balance.identify(linkage, [*ways, ways[0]], [*tables, tables[0]])
+
+
 @pytest.fixture
 def pairs(tmp_path):
     """Options for two recordings of different channels."""

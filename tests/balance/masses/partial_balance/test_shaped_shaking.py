@@ -208,3 +208,11 @@ def test_the_command_prints_and_refuses_as_counterweights_does(one_arm, capsys):
         assert main([*shaped, *more]) == 2
         refused = capsys.readouterr()
         assert not refused.out and reason in refused.err.splitlines()[0]
+
+
+def test_a_budget_below_what_the_solver_tells_is_not_limited_by_room(one_arm, capsys):
+    """Of 1e-9 kg that save nothing the solver uses any part, though more would save more."""
+    words = ["reduce", str(one_arm), "--links", "a", "--balance", "force", "--budget", "1e-9"]
+    for shape in ([], ["--shape", "disc=0.01"]):
+        assert main([*words, *shape]) == 0
+        assert "more kilograms do no better" not in capsys.readouterr().out

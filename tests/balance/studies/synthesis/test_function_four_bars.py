@@ -154,6 +154,7 @@ def test_functions_that_no_tried_four_bar_follows():
         ({"moving": 0j}, "neither positions nor pivots"),
         ({"within": 0.1}, "leave out 'within'"),
         ({"base": -1.0}, "base -1 m: give a length"),
+        ({"base": 1e-150}, "base 1e-150 m: give a length from 1e-06"),
         ({"function": [*POINTS, (1.2, 1.5)], "start": (0, 1)}, "start angles are for three"),
         ({"start": (0.0, float("inf"))}, "start angles are finite"),
     ],

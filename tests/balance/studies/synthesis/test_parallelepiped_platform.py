@@ -181,6 +181,8 @@ def test_points_of_a_turned_body_are_equivalent_to_it(body):
         ((1.0, (0, 0, 0), np.diag([1.0, 1.0, 2.1])), "no body has this mass and this tensor"),
         ((-1.0, (0, 0, 0), np.eye(3)), "no body has this mass"),
         ((float("nan"), (0, 0, 0), np.eye(3)), "give finite numbers"),
+        ((1.0, (1e308, 0, 0), 1e308 * np.eye(3)), "give finite numbers"),
+        ((1.0, (0, 0, 0), np.eye(3) + 0.1 * np.eye(3, k=1)), "the tensor is not symmetric"),
         ((1.0, (0, 0), np.eye(3)), r"a centre \(3,\) and a tensor \(3, 3\)"),
     ],
 )
@@ -238,6 +240,13 @@ FLAT_LEG = ((0.0, 0.0, 0.25), (0.2, 0.0, 0.0), (0.1, 0.0, 0.1))
         ({"legs": (SIZES.legs[0][:2], *SIZES.legs[1:])}, "legs of three edges"),
         ({"shares": (0.3, 0.0, 0.3)}, r"shares\[1\] = 0 must be positive"),
         ({"ratio": float("inf")}, "ratio = inf must be positive"),
+        ({"rotor_radius": 1e-200}, "sizes of rotors: 0.0001 to 10000 m"),
+        (
+            {"hinges": tuple((1e-13 * x, 0, 1e-13 * z) for x, _, z in SIZES.hinges)},
+            "sizes of hinges",
+        ),
+        ({"legs": ((*SIZES.legs[0][:2], (0, 1e90, 0)), *SIZES.legs[1:])}, "sizes of edges"),
+        ({"legs": (((1.0, 0.0),) * 3, *SIZES.legs[1:])}, "three coordinates"),
         ({"legs": (*SIZES.legs[:2], FLAT_LEG)}, "leg 3 is flat"),
         ({"legs": (((0.0, 0.0, 0.0),) * 3, *SIZES.legs[1:])}, "leg 1 is flat, or not finite"),
         ({"hinges": ((0, 0, 0), (1, 0, 0), (2, 0, 0.01))}, "in line, or not finite"),

@@ -154,6 +154,8 @@ def test_places_that_no_tried_four_bar_reaches():
     resting = [(0.1, 0.2, 0.0), (0.1, 0.2, 0.3), (0.1, 0.2, 0.9)]
     answer = synthesize(resting, kind="geared-four-bar", timed=True)
     assert answer.verdict == "undecided" and "four-bars that were tried" in answer.words
+    more = [(0.1, 0.2, 0.1 * k) for k in range(6)]
+    assert synthesize(more, kind="geared-four-bar", timed=True).verdict == "undecided"
     five = [(0.0, 0.0), (0.3, -0.4), (0.1, 0.2), (0.5, 0.5), (-0.4, 0.0)]
     places = [
         (x, y, angle) for (x, y), angle in zip(five, (0.0, 0.35, 0.7, 1.05, 1.6), strict=True)

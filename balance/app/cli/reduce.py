@@ -95,7 +95,7 @@ def add_reduce(parser: Parser) -> None:
     parser.set_defaults(run=_run)
     add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
-    add_matter_options(parser, "links that may get matter", required=True)
+    add_matter_options(parser, "links that may get matter, or all", required=True)
     add_move_option(parser)
     add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage", points=True)

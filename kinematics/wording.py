@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import NUMBER_DETERMINED, SIZE_DETERMINED, WRITTEN_AS_ZERO
 
 # Most names in a list.
@@ -168,12 +169,15 @@ def first_names(names: Sequence[str]) -> str:
     return ", ".join(names[:MAX_NAMES]) + (" …" if len(names) > MAX_NAMES else "")
 
 
+def without_round_off(values: Array, size: float) -> Array:
+    """Return an array with zeros in place of numbers below `WRITTEN_AS_ZERO` of a size."""
+    return np.where(np.abs(values) > WRITTEN_AS_ZERO * size, values, 0.0)
+
+
 def vector_text(x: ArrayLike) -> str:
     """Write the components of a vector to four digits: ``(0.5, 0, -1)``."""
     values = np.asarray(x, dtype=np.float64)
-    kept = np.where(
-        np.abs(values) > WRITTEN_AS_ZERO * np.abs(values).max(initial=0.0), values, 0.0
-    )
+    kept = without_round_off(values, float(np.abs(values).max(initial=0.0)))
     return f"({', '.join(map(number_text, kept.tolist()))})"
 
 

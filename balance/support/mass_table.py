@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.tolerances import WRITTEN_AS_ZERO
-from kinematics.wording import html_facts, number_text
+from kinematics.wording import html_facts, number_text, without_round_off
 
 # Grams in a kilogram, and millimetres in a metre.
 PER_SI = 1e3
@@ -64,12 +63,11 @@ def mass_table(masses: Iterable[tuple[str, float, Array | None]], length: float)
             without one are left out.
         length: a length of the linkage, m: coordinates smaller by ten decades are zero.
     """
-    least = WRITTEN_AS_ZERO * length
     return MassTable(
         MassRow(
             link,
             PER_SI * float(mass),
-            *(PER_SI * x if abs(x) > least else 0.0 for x in com.tolist()),
+            *(PER_SI * x for x in without_round_off(com, length).tolist()),
         )
         for link, mass, com in masses
         if com is not None

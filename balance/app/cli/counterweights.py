@@ -56,8 +56,8 @@ if TYPE_CHECKING:
     from balance.masses.counterweights.counterweights_result import Counterweights
     from balance.masses.counterweights.movable_weights import MovableWeights
     from balance.masses.payload import Payload
+    from balance.motion.verification.trajectory import Trajectory
     from balance.space.spaces.design_space import DesignSpace
-    from kinematics.model.linkage import Notice
 
 
 OBJECTIVES = ("mass", "inertia", "rotor")
@@ -79,7 +79,7 @@ def add_counterweights(parser: Parser) -> None:
         help="only the conditions of orders 0 to K count",
     )
     add_motion_source(parser.group("motion"), "none")
-    add_matter_options(parser, "links that may get matter", required=True)
+    add_matter_options(parser, "links that may get matter, or all", required=True)
     parser.group("matter").add_argument(
         "--minimise",
         choices=OBJECTIVES,
@@ -133,6 +133,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     given = arguments.price_of_mass
     with spinner("finding the least matter that balances"):
         space = certified_space(arguments)
+        motions = motions_of(arguments, space.linkage)
         matter = counterweights(
             space,
             arguments.links,
@@ -144,14 +145,14 @@ def _run(arguments: argparse.Namespace) -> Answer:
             shape=arguments.shape,
             move=dict(arguments.move),
         )
-        matter, told = _with_loads(arguments, matter)
+        matter = _with_loads(arguments, matter, motions)
         load = _load_data(arguments, space)
     parts = make_parts(arguments, matter)
     reduce = reduce_command(arguments, matter.given_mass)
     notices = (
         *space.warnings,
         *distant_regions(space, dict(arguments.region)),
-        *told,
+        *notices_of(space.linkage, motions),
         *notices_of_parts(arguments, parts),
     )
     return Answer(
@@ -182,17 +183,14 @@ def _load_data(
 
 
 def _with_loads(
-    arguments: argparse.Namespace, matter: Counterweights
-) -> tuple[Counterweights, list[Notice]]:
+    arguments: argparse.Namespace, matter: Counterweights, motions: list[Trajectory] | None
+) -> Counterweights:
     """Compute the loads along the motions of the options, which a page shows in any case."""
-    given = arguments.csv or arguments.tool_path or arguments.speed is not None
-    if matter.z is None or not (given or arguments.html is not None):
-        return matter, []
+    if matter.z is None or not (motions or arguments.html is not None):
+        return matter
     from balance.masses.counterweights.counterweights import with_loads
 
-    linkage = matter.space.linkage
-    motions = motions_of(arguments, linkage)
-    return with_loads(matter, motions), notices_of(linkage, motions)
+    return with_loads(matter, motions)
 
 
 def _check_objective(arguments: argparse.Namespace) -> None:

@@ -57,7 +57,7 @@ def require_links(arguments: argparse.Namespace) -> None:
     if not arguments.links:
         names = [body.name for body in load_model(arguments, arguments.angles).bodies]
         arguments.refuse(
-            f"give --links: those that may get matter, or all of {', '.join(names)}"
+            f"give --links: all, or those that may get matter, of {', '.join(names)}"
         )
 
 

@@ -95,7 +95,7 @@ def add_reduce(parser: Parser) -> None:
     parser.set_defaults(run=_run)
     add_motion_source(parser.group("motion"), "random")
     add_about(parser.group("motion"), "the middle")
-    add_matter_options(parser, "links that may get matter", required=True)
+    add_matter_options(parser, "links that may get matter, or all", required=True)
     add_move_option(parser)
     add_payload_option(parser)
     add_density_options(parser, "matter", "plates on a planar linkage", points=True)
@@ -110,7 +110,8 @@ def add_reduce(parser: Parser) -> None:
     parser.add_examples(
         "balance reduce robot.urdf --links crank --speed 300rpm --budget 1.5",
         "balance reduce robot.urdf --links crank --budget 1 --require 'force; gravity'",
-        "balance reduce robot.urdf --links crank,rocker --budget 0.6 --out quiet.urdf",
+        "balance reduce robot.urdf --links crank,rocker --budget 0.6 \\\n"
+        "    --balance force --shape disc=20mm --out quiet.urdf",
     )
 
 
@@ -118,14 +119,18 @@ def _add_least_options(parser: Parser) -> None:
     """Add the options for what is least, within which limits."""
     group = parser.group("matter")
     group.add_argument(
-        "--budget", type=finite_quantity("mass"), metavar="KG", help="most mass to add"
+        "--budget",
+        type=finite_quantity("mass"),
+        metavar="KG",
+        help="most mass to add; --pareto N: N designs to the best",
     )
-    group.add_argument(
+    front = group.add_argument(
         "--pareto",
         type=whole_number(2, 1000),
         metavar="N",
         help="N designs from nothing to the least shaking",
     )
+    front.told_beside = True  # type: ignore[attr-defined]
     group.add_argument(
         "--minimise",
         type=_objective,

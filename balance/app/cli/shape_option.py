@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from typing import Any
 
 from balance.app.cli.arguments import Parser
 from balance.app.cli.density_options import without_density
@@ -17,7 +19,7 @@ def add_shape_option(parser: Parser, text: str) -> None:
         text: its help.
     """
     parser.group("matter").add_argument(
-        "--shape", type=_shape, metavar="KIND=METRES", help=text
+        "--shape", action=_SetOnce, type=_shape, metavar="KIND=METRES", help=text
     )
 
 
@@ -36,6 +38,24 @@ def check_shape_option(arguments: argparse.Namespace, clash: str) -> None:
         arguments.refuse("--shape: point masses have none; leave out --points")
     if clash:
         arguments.refuse(clash)
+
+
+class _SetOnce(argparse.Action):
+    """Set the shape, and refuse a second one."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Set the value of one option."""
+        if getattr(namespace, self.dest) is not None:
+            raise argparse.ArgumentError(
+                self, "given twice: give one shape, of one size or several, as in disc=5mm/8mm"
+            )
+        setattr(namespace, self.dest, values)
 
 
 def _shape(text: str) -> str:

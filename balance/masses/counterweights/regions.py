@@ -36,6 +36,8 @@ from kinematics.wording import number_text
 
 Kind = Literal["ball", "ellipsoid", "box", "cylinder", "hull", "sector"]
 
+# Points of a rim.
+RIM_POINTS = 129
 # Corners, and facets, of regions without any.
 NO_POINTS = freeze(np.empty((0, 3)))
 NO_TRIANGLES = freeze(np.empty((0, 3)), np.int64)
@@ -87,6 +89,14 @@ class Region:
         else:
             size = 4.0 / 3.0 * np.pi if self.ellipsoidal else 2.0 * self.half_angle
         return size * abs(float(np.linalg.det(self.place[:3, :3])))
+
+    @property
+    def rim(self) -> Array:
+        """Points (n, 3) of the link frame at its ends: corners, or two rims of a round part."""
+        turn = self.half_angle * np.linspace(-1.0, 1.0, RIM_POINTS)
+        ring = np.column_stack([np.cos(turn), np.sin(turn), np.ones(RIM_POINTS)])
+        ends = np.vstack([ring, ring * [1, 1, -1]])
+        return self.to_link(self.vertices if self.offsets.size else ends)
 
     @property
     def ellipsoidal(self) -> bool:

@@ -11,11 +11,11 @@ import numpy as np
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.designs.write_urdf import append_to_file, replace_inertials
-from balance.space.inertial_parameters.body_inertia import inertial_element
+from balance.space.inertial_parameters.body_inertia import inertial_element, written_inertia
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.result_files import write_file
-from balance.support.tolerances import COORDINATE_ROUND_OFF, PART_ROUND_OFF, SHARE_ZERO
+from balance.support.tolerances import PART_ROUND_OFF, SHARE_ZERO
 from kinematics.errors import UsageError
 from kinematics.files.urdf.edit_xml import read_source
 from kinematics.files.urdf.xml_tree import build_tree
@@ -24,6 +24,7 @@ from kinematics.model.document.element import Element
 from kinematics.model.document.write_numbers import number_words
 from kinematics.model.spatial.inertia import displace_parameters
 from kinematics.numerics.array_types import Array
+from kinematics.wording import without_round_off
 
 
 class WithCounterweights(Protocol):
@@ -100,8 +101,9 @@ def with_counterweights(
     meshes = meshes or {}
     apart = [weight for weight in answer.weights if weight.link not in merged - set(meshes)]
     if merged or unmoved:
+        frames, length = answer.space.frames, answer.space.length
         inertials = {
-            name: _link_inertial(z, answer.space.frames[answer.space.bodies.index(name)])
+            name: _link_inertial(z, frames[answer.space.bodies.index(name)], length)
             for name, z in unmoved.items()
             if name not in merged
         }
@@ -140,15 +142,19 @@ def _merged_inertials(
     assert answer.z is not None
     for name in links:
         b = answer.space.bodies.index(name)
-        yield name, _link_inertial(answer.z[b], answer.space.frames[b])
+        yield name, _link_inertial(answer.z[b], answer.space.frames[b], answer.space.length)
 
 
-def _link_inertial(z: Array, frame: Array) -> str:
-    """Write the element ``<inertial>`` of parameters (10,) in a link frame (4, 4)."""
+def _link_inertial(z: Array, frame: Array, length: float) -> str:
+    """Write the element ``<inertial>`` of parameters (10,) in a link frame (4, 4).
+
+    Args:
+        length: that of the linkage, m.
+    """
     back = np.eye(4)
     back[:3, :3], back[:3, 3] = frame[:3, :3].T, -frame[:3, :3].T @ frame[:3, 3]
     mass, com, inertia = mass_properties(displace_parameters(z, back))
-    return inertial_element(mass, com, inertia)
+    return inertial_element(mass, com, inertia, length)
 
 
 def _own_links(
@@ -164,9 +170,10 @@ def _own_links(
     for mass, position, inertia in parts or [(weight.mass, weight.com, weight.inertia)]:
         name = _free_name(f"{weight.link}_counterweight", names)
         at, pose = make_elements.origin(np.eye(4)), np.eye(4)
-        near = COORDINATE_ROUND_OFF * float(np.abs(position).max(initial=0.0))
-        pose[:3, 3] = np.where(np.abs(position) <= near, 0.0, position)
-        inertial = None if merged else make_elements.inertial(mass, inertia, at)
+        size = max(float(np.abs(position).max()), weight.region.size)
+        pose[:3, 3] = without_round_off(position, size)
+        tensor = written_inertia(inertia)
+        inertial = None if merged else make_elements.inertial(mass, tensor, at)
         link = make_elements.link(name, inertial)
         yield Element("link", link.attributes, (*link.children, *_shapes(weight, mesh)))
         ends = (

@@ -19,7 +19,7 @@ from kinematics.model.arrays import freeze
 from kinematics.model.plane import plane_axes
 from kinematics.model.spatial.inertia import displace_parameters, inertia_tensor
 from kinematics.numerics.array_types import Array
-from kinematics.wording import number_text, vector_text
+from kinematics.wording import number_text, vector_text, without_round_off
 
 # Largest coordinate whose square does not overflow; that of its inverse does not underflow.
 LARGEST_COORDINATE = 1e120
@@ -215,7 +215,7 @@ def _body_inertia(
     else:
         inertia = freeze(inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
         whole = local = freeze(R.T @ inertia @ R)
-    element = inertial_element(mass, at, whole)
+    element = inertial_element(mass, at, whole, length)
     about = MOMENT_ROUND_OFF * float(np.abs(z[3:] if planar else z[4:]).max())
     unreal = violations(
         parameters(mass, np.zeros(3), whole),
@@ -226,14 +226,23 @@ def _body_inertia(
     )
 
 
-def inertial_element(mass: float, com: Array, inertia: Array) -> str:
+def written_inertia(inertia: Array) -> Array:
+    """Return a tensor (3, 3) with zeros in place of products of inertia that are round-off."""
+    products = without_round_off(inertia, float(np.abs(inertia).max()))
+    return np.where(np.eye(3) > 0.0, inertia, products)
+
+
+def inertial_element(mass: float, com: Array, inertia: Array, length: float) -> str:
     """Write the element ``<inertial>``: tensor about the centre of mass, axes of the link.
 
     Args:
         mass: kg.
         com: centre of mass in the link frame (3,), metres.
         inertia: tensor (3, 3), kg m².
+        length: a length of the linkage, metres; coordinates below `WRITTEN_AS_ZERO` of it, and
+            products of inertia below that part of the tensor, are written as 0.
     """
+    com, inertia = without_round_off(com, length), written_inertia(inertia)
     xyz = " ".join(repr(float(value)) for value in com)
     i, j = np.triu_indices(3)
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")

@@ -6,7 +6,7 @@ loads along motions before and after on common axes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import pi
 
 import numpy as np
@@ -48,6 +48,7 @@ def added_matter_page(
     facts: str,
     front: str = "",
     nothing: str = NONE_NEEDED,
+    how: str = "",
 ) -> str:
     """Render the page.
 
@@ -60,6 +61,7 @@ def added_matter_page(
         facts: list of facts as HTML.
         front: table of other designs as HTML.
         nothing: what stands in place of no weights.
+        how: a word before the part of a region that a weight fills.
     """
     by_link = {weight.link: weight for weight in weights}
     return render_page(
@@ -84,12 +86,21 @@ def added_matter_page(
         },
         scripts=SCRIPTS,
         facts=facts,
-        lumps=rows_table(
-            counterweight_rows(weights, regions, WORKSHOP, 6, nothing), [1, 2, 3, 4], 0
-        ),
+        lumps=rows_table(_rows_with_parts(weights, regions, nothing, how), [1, 2, 3, 4], 0),
         front=front,
         comparison=comparison_section(along.pair, NAMES),
     )
+
+
+def _rows_with_parts(
+    weights: Sequence[Counterweight], links: Iterable[str], nothing: str, how: str
+) -> list[tuple[str, ...]]:
+    """Build the table of weights, with the part of its region that each fills, if any does."""
+    head, *rows = counterweight_rows(weights, links, WORKSHOP, 6, nothing)
+    filled = {each.link: f"{how}{each.what}" for each in weights if each.form is not None}
+    if not filled:
+        return [head, *rows]
+    return [(*head, "fills"), *((*row, filled.get(row[0], "")) for row in rows)]
 
 
 def _addition(

@@ -11,7 +11,7 @@ from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.render import facts_list, rows_table
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.html.verification import verification_picture
-from balance.app.answers.text.partial_balance import front_facts, front_rows
+from balance.app.answers.text.partial_balance import front_facts, front_rows, part_word
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.motion.verification.before_after import BeforeAfter, compare_masses
 from kinematics.numerics.array_types import Array
@@ -48,6 +48,7 @@ def front_page(front: ParetoFront) -> str:
         facts=facts_list(front_facts(front)),
         front=front_section(front),
         nothing="none",
+        how=part_word(best),
     )
 
 

@@ -18,8 +18,12 @@ from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import round_decimals
-from kinematics.numerics.tolerances import WRITTEN_AS_ZERO
-from kinematics.wording import number_text, round_to_ten_digits, size_text
+from kinematics.wording import (
+    number_text,
+    round_to_ten_digits,
+    size_text,
+    without_round_off,
+)
 
 UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
 # The command for partial balance, where the words of the request are not at hand.
@@ -278,7 +282,7 @@ def vector_digits(vector: Array, digits: int = DIGITS, scale: float = 0.0) -> st
         digits: significant digits of the largest one.
         scale: a size in the unit of the numbers; those below `WRITTEN_AS_ZERO` of it are 0.
     """
-    vector = np.where(np.abs(vector) > WRITTEN_AS_ZERO * scale, vector, 0.0)
+    vector = without_round_off(vector, scale)
     largest = round_to_ten_digits(float(np.abs(vector).max()))
     place = digits - 1 - int(np.floor(np.log10(largest))) if largest else 0
     return ", ".join(f"{x + 0.0:.{digits}g}" for x in round_decimals(vector, place).tolist())

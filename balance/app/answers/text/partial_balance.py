@@ -16,6 +16,8 @@ from balance.app.answers.text.counterweights import (
     part_lines,
 )
 from balance.app.answers.text.linkage import linkage_facts
+from balance.masses.counterweights.link_regions import default_region
+from balance.masses.counterweights.shaped.across_plane import at_rim
 from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
@@ -43,7 +45,10 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
         pairs += _shaking_facts(front, best, best.shaking)
         pairs += moved_facts(best.moved)
         pairs += _shape_facts(front, best)
-        room = _room_facts(best) if len(front.designs) == 1 else _filled_facts(best)
+        several = len(front.designs) > 1
+        room = _filled_facts(best) if several else _room_facts(best)
+        if best.shape is not None:
+            room = _shaped_room_facts(best, best.shape, [] if several else room)
         pairs += [*density_facts(best.weights), *room, *_drives(best)]
     return pairs
 
@@ -101,6 +106,28 @@ def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
         return []
     used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
     return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]
+
+
+def _shaped_room_facts(
+    best: PartialBalance, shape: str, used: list[tuple[str, str]]
+) -> list[tuple[str, str]]:
+    """Say in which regions shapes are, and which are at the rim of theirs.
+
+    Args:
+        used: what `_room_facts` says of the budget.
+    """
+    places, space = [], best.space
+    for link, region in best.regions.items():
+        chosen = default_region(space, space.bodies.index(link)).text == region.text
+        places.append(f"{region.words} of {link}{' (the default)' if chosen else ''}")
+    text = "; ".join([", ".join(places), *(words for _, words in used)])
+    bound = [x.link for x in best.weights if at_rim(space, x, best.regions[x.link])]
+    # A sector whose radius is given does not grow with its region.
+    if bound and "," not in shape:
+        gain = "takes less" if best.share < HARDLY_SHAKES else "leaves less"
+        text += f"; {', '.join(bound)} at the rim of the region: a larger one {gain}"
+        text += "" if used else "; --region L=SHAPE gives room"
+    return [("room", text)]
 
 
 def _filled_facts(best: PartialBalance) -> list[tuple[str, str]]:
@@ -222,6 +249,11 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     return rows
 
 
+def part_word(design: PartialBalance) -> str:
+    """Return the word before the part of a region that matter fills: shapes are exact."""
+    return "about " if design.shape is None else ""
+
+
 def front_body(front: ParetoFront) -> AnswerBody:
     """Build what is printed on designs, of which the last one is described in full."""
     body: list[AnswerPart] = [front.designs[-1].sentence, "", Facts(front_facts(front))]
@@ -230,7 +262,6 @@ def front_body(front: ParetoFront) -> AnswerBody:
     best = front.designs[-1]
     if best.weights:
         rows = counterweight_rows(best.weights, best.regions, digits=DIGITS, nothing="none")
-        how = "about " if best.shape is None else ""
-        lines = part_lines(best.weights, how)
+        lines = part_lines(best.weights, part_word(best))
         body += ["", AnswerTable(rows), *lines, *([FRAMES] if lines else [])]
     return body

@@ -4,13 +4,38 @@ from __future__ import annotations
 
 import numpy as np
 
+from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.weight_shape import WeightShape
+from balance.masses.designs.mass_regions import joint_points
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.tolerances import PART_ROUND_OFF
+from balance.support.tolerances import PART_ROUND_OFF, SHAPE_INSIDE
 from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
+
+# How near to the rim of its region a shape is at the rim, over the size of the region.
+NEAR_RIM = 1e-3
+
+
+def at_rim(space: DesignSpace, weight: Counterweight, region: Region) -> bool:
+    """Whether a shape would leave its region if it were a little further from its joint.
+
+    Args:
+        space: a design space of the linkage.
+        weight: the shape, which fills its own region.
+        region: where it may be.
+    """
+    body = space.bodies.index(weight.link)
+    axes, _ = axes_and_height(space, body)
+    R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
+    joint = R.T @ (joint_points(space, space.linkage.bodies[body])[0] - origin)
+    lever = axes[:2] @ (weight.com - joint)
+    distance, step = float(np.linalg.norm(lever)), NEAR_RIM * region.size
+    if distance <= step:
+        return False
+    moved = weight.region.rim + step / distance * lever @ axes[:2]
+    return not region.contains(moved, SHAPE_INSIDE).all()
 
 
 def axes_and_height(space: DesignSpace, body: int) -> tuple[Array, float]:

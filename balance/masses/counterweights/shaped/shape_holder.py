@@ -121,10 +121,7 @@ class ShapeHolder:
 
     def holds(self, part: Region) -> bool:
         """Whether all points of a part are in the region, but for errors of the solver."""
-        turn = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
-        rim = np.column_stack([np.cos(turn), np.sin(turn), np.ones(64)])
-        points = part.vertices if part.offsets.size else np.vstack([rim, rim * [1, 1, -1]])
-        return bool(self.region.contains(part.to_link(points), SHAPE_INSIDE).all())
+        return bool(self.region.contains(part.rim, SHAPE_INSIDE).all())
 
     def moment_matrices(self) -> list[Array]:
         """List mass and first moments (4, 4), link frame, of units of `MASS`, `X` and `Y`."""

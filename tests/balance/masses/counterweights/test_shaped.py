@@ -1,12 +1,14 @@
 """Discs, blocks and cylinders as counterweights: closed forms, another solver, refusals."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq, linprog, minimize
 
 import balance
+import kinematics
 from balance.app.cli.main import main
 from balance.masses.counterweights.decide_points import balance_residual
 from balance.masses.counterweights.region_text import read_region
@@ -24,6 +26,20 @@ from tests.independent.second_counterweights import (
 
 STEEL = 7850.0
 NEEDED = 0.05  # kg m, what the link below needs on its other side
+
+
+@pytest.fixture
+def turned_arm(tmp_path):
+    """Such a link whose frame is turned and displaced: its numbers are sums with round-off."""
+    path = tmp_path / "turned.urdf"
+    path.write_text(
+        '<robot name="arm"><link name="base"/><link name="l1"><inertial>'
+        f'<origin xyz="{NEEDED} 0 0"/><mass value="1"/>'
+        '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>'
+        '<joint name="j1" type="continuous"><origin xyz="1 0.3 0" rpy="0 0 0.7"/>'
+        '<parent link="base"/><child link="l1"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    return path
 
 
 @pytest.fixture
@@ -332,3 +348,22 @@ def test_a_slider_has_no_sectors():
     assert fan_of(free.space, crank, stock, shape).fan.allowed.width == 2.0 * np.pi
     with pytest.raises(UsageError, match="sectors are about a joint that turns, and 'q4'"):
         fan_of(free.space, slider, stock, shape)
+
+
+@pytest.mark.parametrize("merge", [False, True])
+@pytest.mark.parametrize("shape", ["disc=0.02", "sector=0.02", None])
+def test_files_have_no_round_off(shape, merge, turned_arm, tmp_path):
+    """The counterweight is on the x-axis of its link: what is across it is exactly 0."""
+    space, made = balance.design_space(turned_arm, balance="force"), tmp_path / "made.urdf"
+    regions, density = {"l1": "ball(0,0,0,0.1)"}, STEEL if shape else None
+    answer = balance.counterweights(
+        space, ["l1"], regions=regions, density=density, shape=shape
+    )
+    text = answer.to_urdf(made, merge=merge).decode()
+    numbers = [float(x) for x in re.findall(r'(?<=[ "])-?[0-9][^ "]*(?=[ "])', text)]
+    assert len(numbers) > 15 and not [x for x in numbers if 0.0 < abs(x) < 1e-9]
+    linkage = kinematics.load(made)
+    assert not {"origin_noise", "axis_noise"} & {notice.code for notice in linkage.notices}
+    moment = sum(np.array(body.inertia[1:4]) for body in linkage.bodies)
+    mass = sum(float(body.inertia[0]) for body in linkage.bodies)
+    np.testing.assert_allclose(moment, mass * np.array([1.0, 0.3, 0.0]), atol=1e-6)

@@ -1,6 +1,7 @@
 """The least shaking of discs, blocks, cylinders and sectors: closed forms, and refusals."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -186,6 +187,69 @@ def test_what_does_not_go_with_a_shape_is_said(words, reason, one_arm):
     options = dict(balance="force", speed=30.0, shape="disc=0.02") | words
     with pytest.raises(UsageError, match=reason):
         balance.partial(one_arm, ["a"], 0.3, **options)
+
+
+@pytest.mark.parametrize("shape", ["disc=0.02", "block=0.02", "cylinder=0.02", "sector=0.02"])
+@pytest.mark.parametrize(
+    ("region", "wider"),
+    [
+        ("", "ball(0,0,0,0.0255)"),
+        ("ball(0,0,0,0.1)", "ball(0,0,0,0.102)"),
+        # The thickness of the box is that of the flat shapes, and bounds no lever.
+        ("box(-0.1:0.1,-0.1:0.1,-0.01:0.01)", "box(-0.102:0.102,-0.102:0.102,-0.01:0.01)"),
+    ],
+)
+def test_a_larger_region_leaves_less_where_a_shape_is_at_its_rim(
+    region, wider, shape, one_arm, capsys
+):
+    """The region by default is a ball of half the distance 0.05 m of the centre of mass."""
+    words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.05", "--speed", "30rad/s"]
+    words += ["--balance", "force", "--shape", shape]
+
+    def run(text):
+        code = main([*words, *(["--region", f"a={text}"] if text else [])])
+        out = capsys.readouterr().out
+        assert code == 0
+        return out
+
+    def room_of(out):
+        return next(line for line in out.splitlines() if line.startswith("room "))
+
+    def force_of(out):
+        line = next(line for line in out.splitlines() if line.startswith("force "))
+        return float(line.split(" before, ")[1].split()[0])
+
+    first, second = run(region), run(wider)
+    room = room_of(first)
+    place = f"{region} of a;" if region else "ball(0,0,0,0.025) of a (the default);"
+    assert room.split(maxsplit=1)[1].startswith(place)
+    assert "a at the rim of the region: a larger one leaves less" in room
+    assert room.count("--region L=SHAPE gives room") == 1
+    assert force_of(second) < force_of(first)
+
+
+def test_the_page_has_the_size_that_is_printed(one_arm, tmp_path, capsys):
+    page = tmp_path / "page.html"
+    words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.3", "--speed", "30rad/s"]
+    words += ["--region", f"a={BALL}"]
+    assert main([*words, "--balance=force", "--shape=disc=20mm", "--html", str(page)]) == 0
+    printed = re.search(r"^a fills (.* disc .*)$", capsys.readouterr().out, re.MULTILINE)
+    assert f">{printed[1]}</td>" in page.read_text("utf-8")
+    radius = float(re.search(r"radius (\S+) m", printed[1])[1])
+    assert STEEL * np.pi * radius**2 * 0.02 == pytest.approx(0.3, rel=1e-3)
+
+
+def test_a_region_that_bounds_nothing_is_told_without_its_rim(one_arm, capsys):
+    """A sector of a given radius is no larger in a larger region."""
+    words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.05", "--speed", "30rad/s"]
+    words += ["--balance", "force", "--shape", "sector=20mm,50mm", "--region", f"a={BALL}"]
+    assert main(words) == 0
+    (room,) = (x for x in capsys.readouterr().out.splitlines() if x.startswith("room "))
+    assert room.split(maxsplit=1)[1] == f"{BALL} of a"
+    enough = [*words[:5], "5", *words[6:-4], "--shape", "disc=20mm", *words[-2:]]
+    assert main(enough) == 0
+    out = capsys.readouterr().out
+    assert "at the rim of the region: a larger one takes less" in out
 
 
 def test_the_command_prints_and_refuses_as_counterweights_does(one_arm, capsys):

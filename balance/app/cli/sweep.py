@@ -127,7 +127,8 @@ def _add_export(kinds: Verbs) -> None:
         "export",
         help="write all results as a table, or one row as URDF",
         description="Writes all results as a table, or the linkage of one row as URDF, with "
-        "its lengths and masses.",
+        "its lengths and masses, and with the counterweights of the study (else the matter of "
+        "reduce) in the masses of its links.",
     )
     parser.add_argument("results", metavar="FILE.db", help="file of the results")
     parser.add_argument(
@@ -160,10 +161,10 @@ def _export(arguments: argparse.Namespace) -> Answer:
 
     with ResultsFile.open(arguments.results) as file, progress_bar("rows", True) as advance:
         if urdf:
-            rows = _export_row(file, arguments.row, arguments.out)
+            added = _export_row(file, arguments.row, arguments.out)
+            data = export_data(file, arguments.out, 1, arguments.row, added)
         else:
-            rows = _export_table(file, arguments.out, advance)
-        data = export_data(file, arguments.out, rows)
+            data = export_data(file, arguments.out, _export_table(file, arguments.out, advance))
     return Answer(DONE, lambda: data, lambda: export_body(data))
 
 
@@ -176,8 +177,8 @@ def _export_table(file: ResultsFile, path: str, advance: Callable[[int, int], No
     return write(file, path, advance)
 
 
-def _export_row(file: ResultsFile, row: int, path: str) -> int:
-    """Write the linkage of one row as URDF.
+def _export_row(file: ResultsFile, row: int, path: str) -> str:
+    """Write the linkage of one row as URDF; return what added matter to it, or nothing.
 
     Raises:
         FileError: the file has no study of a sweep, or cannot be written.
@@ -189,9 +190,9 @@ def _export_row(file: ResultsFile, row: int, path: str) -> int:
     if file.about["kind"] != "sweep":
         remedy = "balance discover export writes its members"
         raise FileError(file.path, "", "is no file of a sweep", remedy)
-    linkage = SweepJob.from_description(file.about["description"]).linkage(row)
+    linkage, added = SweepJob.from_description(file.about["description"]).completed(row)
     write_all_atomic([(path, linkage.to_urdf().encode())])
-    return 1
+    return added
 
 
 def _export_path(text: str) -> str:

@@ -89,14 +89,26 @@ def file_facts(data: Data) -> list[tuple[str, str]]:
     return pairs
 
 
-def export_data(file: ResultsFile, path: str, rows: int) -> Data:
+def export_data(
+    file: ResultsFile, path: str, rows: int, row: int | None = None, added: str = ""
+) -> Data:
     """Collect what was exported.
 
     Args:
         path: path of the file that was written.
         rows: its rows.
+        row: number of the row that is written as a linkage.
+        added: the quantity whose matter that linkage has; empty for the masses given.
     """
-    return {"schema": SCHEMA, "what": "export", **_file_data(file), "out": path, "lines": rows}
+    return {
+        "schema": SCHEMA,
+        "what": "export",
+        **_file_data(file),
+        "out": path,
+        "lines": rows,
+        "row": row,
+        "added": added or None,
+    }
 
 
 def export_body(export: Data) -> AnswerBody:
@@ -105,8 +117,11 @@ def export_body(export: Data) -> AnswerBody:
     Args:
         export: from `export_data`.
     """
-    written = ("written", f"{export['out']}, {export['lines']:,} rows")
-    return [Facts([*file_facts(export), written])]
+    what = count_noun(export["lines"], "row")
+    if export["row"] is not None:
+        masses = f"and the matter of {export['added']}" if export["added"] else "alone"
+        what = f"row {export['row']} with the masses given {masses}"
+    return [Facts([*file_facts(export), ("written", f"{export['out']}, {what}")])]
 
 
 def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Data:

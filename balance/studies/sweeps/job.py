@@ -140,8 +140,8 @@ class SweepJob:
             row: its number, from 0.
 
         Returns:
-            The linkage; and the quantity that adds the matter, the first of several, or an empty
-            text if its masses are those given.
+            The linkage; and the quantity that adds the matter, the first of several, or an
+            empty text if its masses are those given.
 
         Raises:
             LinkageError: as for `linkage`.

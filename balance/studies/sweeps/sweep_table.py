@@ -83,9 +83,9 @@ class SweepTable(WithPage):
 
         Args:
             row: its number, from 0.
-            added: ``"counterweights"`` or ``"reduce"``, a quantity of the study: the matter that
-                it adds to the row is then in the masses of the links. Empty for the given
-                masses.
+            added: ``"counterweights"`` or ``"reduce"``, a quantity of the study: the matter
+                that it adds to the row is then in the masses of the links. Empty for the
+                given masses.
 
         Raises:
             UsageError: there is no such row, its loops do not close, the study does not compute

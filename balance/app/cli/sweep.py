@@ -12,7 +12,7 @@ from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser, Verbs, add_json_option
 from balance.app.cli.exit_codes import DONE
 from balance.app.cli.number_arguments import add_workers, whole_number
-from balance.app.cli.outputs import add_page_option, kind_of, picture_path
+from balance.app.cli.outputs import add_page_option, describe_written, kind_of, picture_path
 from balance.app.cli.progress import progress_bar
 from kinematics.errors import FileError, WorkerError
 
@@ -267,7 +267,13 @@ def _show(arguments: argparse.Namespace) -> Answer:
 
             page = sweep_page(file, *order)
             files["html"] = lambda: page
-    return Answer(DONE, lambda: data, lambda: show_body(data), files=lambda: files)
+    return Answer(
+        DONE,
+        lambda: data,
+        lambda: show_body(data),
+        remark=describe_written(arguments, True),
+        files=lambda: files,
+    )
 
 
 def _axes(text: str) -> tuple[str, ...]:

@@ -129,3 +129,12 @@ def test_a_workbook_has_the_table(results):
 def test_round_off_is_no_order(results):
     done = asked(["sweep", "show", str(results), "--sort", "peak_force_after"])
     assert done.code == 2 and "it is round-off in all rows" in done.err
+
+
+def test_show_says_which_files_it_wrote(results):
+    page, picture = results.with_suffix(".html"), results.with_suffix(".svg")
+    axes = ["--plot", "coupler.length,coupler.mass,peak_moment", "--out", str(picture)]
+    done = asked(["sweep", "show", str(results), "--html", str(page), *axes])
+    assert done.code == 0 and page.is_file() and picture.is_file()
+    assert f"written: {picture}, {page}" in done.err
+    assert "written" not in asked(["sweep", "show", str(results)]).err

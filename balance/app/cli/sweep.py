@@ -165,7 +165,8 @@ def _export(arguments: argparse.Namespace) -> Answer:
             data = export_data(file, arguments.out, 1, arguments.row, added)
         else:
             data = export_data(file, arguments.out, _export_table(file, arguments.out, advance))
-    return Answer(DONE, lambda: data, lambda: export_body(data))
+        units = [column.unit for column in file.columns]
+    return Answer(DONE, lambda: data, lambda: export_body(data, units))
 
 
 def _export_table(file: ResultsFile, path: str, advance: Callable[[int, int], None]) -> int:

@@ -17,6 +17,10 @@ from kinematics.wording import count_noun, number_text
 SCHEMA = "balance.sweep/1"
 REASON = "reason"
 """The column in which a sweep says why a row has no answer; empty if it has one."""
+MOMENT_POINT = (
+    "about the origin of the base frame, as by verify --about 0,0,0; without it, those of "
+    "verify are about the middle of the mechanism"
+)
 # Most characters of a text in a table.
 WIDEST = 40
 
@@ -111,17 +115,19 @@ def export_data(
     }
 
 
-def export_body(export: Data) -> AnswerBody:
+def export_body(export: Data, units: Sequence[str | None]) -> AnswerBody:
     """Build what is printed on an export.
 
     Args:
         export: from `export_data`.
+        units: those of the columns of the file.
     """
     what = count_noun(export["lines"], "row")
     if export["row"] is not None:
         masses = f"and the matter of {export['added']}" if export["added"] else "alone"
         what = f"row {export['row']} with the masses given {masses}"
-    return [Facts([*file_facts(export), ("written", f"{export['out']}, {what}")])]
+    written = ("written", f"{export['out']}, {what}")
+    return [Facts([*file_facts(export), *_moment_facts(units), written])]
 
 
 def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Data:
@@ -187,7 +193,9 @@ def show_body(contents: Data) -> AnswerBody:
         if column["kind"] != "text" and column["least"] is not None and not column["round_off"]
     ]
     ranges.insert(0, ("column", "least", "most", "missing"))
-    facts = Facts([*file_facts(contents), *_idle_columns(contents["columns"])])
+    columns = contents["columns"]
+    moments = _moment_facts([column["unit"] for column in columns])
+    facts = Facts([*file_facts(contents), *moments, *_idle_columns(columns)])
     body: list[AnswerPart] = [facts, "", AnswerTable(ranges, "<>")]
     if contents["table"]:
         rows = [[cell_text(value) for value in row] for row in contents["table"]]
@@ -199,6 +207,11 @@ def show_body(contents: Data) -> AnswerBody:
             AnswerTable([[row[k] for k in kept] for row in (contents["head"], *rows)], "<>"),
         ]
     return body
+
+
+def _moment_facts(units: Sequence[str | None]) -> list[tuple[str, str]]:
+    """Say about which point the moments are, if a column has the unit of a moment."""
+    return [("moments", MOMENT_POINT)] if "N m" in units else []
 
 
 def _idle_columns(columns: Sequence[Data]) -> list[tuple[str, str]]:

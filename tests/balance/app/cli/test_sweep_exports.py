@@ -117,7 +117,12 @@ def test_a_workbook_has_the_table(results):
     ) as text:
         names, *rows = csv.reader(text)
     cells = [["" if x is None else x for x in row] for row in sheet.iter_rows(values_only=True)]
-    assert cells[0] == names and len(cells) == 5
+    units = {"added_mass": "kg", "peak_moment_after": "N m", "coupler.length": "m"}
+    heads = dict(zip(names, cells[0], strict=True))
+    assert {name: heads[name] for name in units} == {
+        name: f"{name} ({unit})" for name, unit in units.items()
+    }
+    assert [str(head).partition(" (")[0] for head in cells[0]] == names and len(cells) == 5
     for words, row in zip(rows, cells[1:], strict=True):
         for word, value in zip(words, row, strict=True):
             if isinstance(value, str):
@@ -138,3 +143,19 @@ def test_show_says_which_files_it_wrote(results):
     assert done.code == 0 and page.is_file() and picture.is_file()
     assert f"written: {picture}, {page}" in done.err
     assert "written" not in asked(["sweep", "show", str(results)]).err
+
+
+def test_moments_are_about_the_point_that_is_said(results, tmp_path):
+    """The command that is named gives the moment of the column, another point gives another."""
+    for words in (
+        ["show", str(results)],
+        ["export", str(results), "--out", str(tmp_path / "a.csv")],
+    ):
+        done = asked(["sweep", *words])
+        assert "about the origin of the base frame, as by verify --about 0,0,0" in done.out
+    table = balance.studies.read_study(results.with_suffix(".toml")).run(workers=0)
+    path = tmp_path / "given.urdf"
+    path.write_text(table.linkage(1).to_urdf(), encoding="utf-8")
+    peak = pytest.approx(table["peak_moment"][1], rel=1e-3)
+    assert balance.verify(str(path), speed="300rpm", about=(0.0, 0.0, 0.0)).moment == peak
+    assert balance.verify(str(path), speed="300rpm").moment != peak

@@ -41,6 +41,7 @@ from balance.support.materials import Density, density_in_si
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture, write_file
 from balance.support.tolerances import DENSITIES_EQUAL, KEPT_BODY_RESIDUAL
+from balance.support.units import length_in_si
 from kinematics.errors import BodyError, UsageError
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.motion import Motion
@@ -271,7 +272,7 @@ def design(
     within: float | None = BALL_RADIUS,
     one_pose: bool = False,
     density: Density = STEEL,
-    thickness: float | None = None,
+    thickness: float | str | None = None,
     motion: Motion | str | Sequence[str] | None = None,
     balance: Balance | None = None,
 ) -> Design:
@@ -308,8 +309,8 @@ def design(
             rates there. The space is then one of order 0, ``max_order=0``.
         density: density that no body exceeds, or that of some bodies by name, kg/m³ or a
             material; bodies that are kept have no limit. Steel by default; None for no limits.
-        thickness: that of the bodies of a planar linkage whose density is limited, m; by
-            default a twentieth of ``space.length``.
+        thickness: that of the bodies of a planar linkage whose density is limited, m, or a
+            text such as ``"20mm"``; by default a twentieth of ``space.length``.
         motion: restriction of the inputs of a linkage; a space has its own.
         balance: ``"dynamic"``, as by default of a linkage, or ``"force"``.
 
@@ -338,7 +339,8 @@ def design(
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
     densities = density_in_si(density)
-    answer = maximise_margin(space, keep, bounds, within, one_pose, densities, thickness)
+    thick = length_in_si(thickness)
+    answer = maximise_margin(space, keep, bounds, within, one_pose, densities, thick)
     constraints = answer.constraints
     if minimise is None and densities is not None and answer.z is not None:
         answer = _least_change(answer, constraints)

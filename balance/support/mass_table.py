@@ -34,10 +34,18 @@ class MassRow(NamedTuple):
 
 
 class MassTable(tuple[MassRow, ...]):
-    """Rows of masses, which are printed as a table."""
+    """Rows of masses, which are printed as a table.
+
+    Attributes:
+        verdict: of the answer that has them; it is printed where there are none.
+    """
+
+    verdict: str = ""
 
     def __repr__(self) -> str:
-        """Lines of columns, their head first."""
+        """Lines of columns, their head first; or that there are none, and the verdict."""
+        if not self:
+            return f"no masses: {self.verdict}".removesuffix(": ")
         rows = [HEAD, *(_texts(row) for row in self)]
         widths = [max(len(row[k]) for row in rows) for k in range(len(HEAD))]
         return "\n".join(
@@ -49,21 +57,26 @@ class MassTable(tuple[MassRow, ...]):
 
     def _repr_html_(self) -> str:
         """The same table for notebooks."""
+        if not self:
+            return html_facts(TITLE, ("no masses", self.verdict))
         rows = map(_texts, self)
         return html_facts(
             TITLE, *((row[0], f"{row[1]} g at ({', '.join(row[2:])}) mm") for row in rows)
         )
 
 
-def mass_table(masses: Iterable[tuple[str, float, Array | None]], length: float) -> MassTable:
+def mass_table(
+    masses: Iterable[tuple[str, float, Array | None]], length: float, verdict: str = ""
+) -> MassTable:
     """Make a table of masses.
 
     Args:
         masses: link, mass, kg, and centre of mass (3,) in its frame, m, of each; those
             without one are left out.
         length: a length of the linkage, m: coordinates smaller by ten decades are zero.
+        verdict: of the answer that has the masses, in one line.
     """
-    return MassTable(
+    table = MassTable(
         MassRow(
             link,
             PER_SI * float(mass),
@@ -72,6 +85,8 @@ def mass_table(masses: Iterable[tuple[str, float, Array | None]], length: float)
         for link, mass, com in masses
         if com is not None
     )
+    table.verdict = verdict
+    return table
 
 
 def _texts(row: MassRow) -> tuple[str, ...]:

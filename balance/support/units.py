@@ -79,6 +79,17 @@ def read_quantity(text: str, *quantities: str) -> float:
     return number
 
 
+def length_in_si(value: float | str | None) -> float | None:
+    """Convert a text of a length with a unit, such as ``"20mm"``, to metres.
+
+    Other values stay as they are.
+
+    Raises:
+        UsageError: the text is no length.
+    """
+    return float(read_quantity(value, "length")) if isinstance(value, str) else value
+
+
 def read_unit(unit: str, *quantities: str) -> tuple[str, float]:
     """Return the quantity of a unit, and what one of it is in SI units.
 

@@ -174,3 +174,18 @@ def test_pictures_of_a_sweep_name_their_columns(table, tmp_path):
 
 def test_only_public_names_are_listed():
     assert dir(balance) == sorted(balance.__all__)
+
+
+@pytest.mark.slow
+def test_panels_of_two_sets_of_masses_say_which(tmp_path):
+    space = balance.design_space("four_bar_general", balance="force")
+    answers = {
+        "with the designed masses": balance.design(space, "mass"),
+        "with counterweights": balance.counterweights(space, ["crank", "rocker"]),
+        "with the added matter": balance.partial(space, ["crank", "rocker"], 0.5),
+    }
+    for words, answer in answers.items():
+        answer.plot(tmp_path / "a.svg")
+        text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+        heads = ("with the masses given", words)
+        assert [text.count(f"<!-- four_bar_general {head}") for head in heads] == [1, 1]

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import math
 
+import numpy as np
 import pytest
 
+import balance
 from balance.support.units import UNITS, read_quantity
 from kinematics.errors import UsageError
 from tests.support.command_runs import asked
@@ -94,3 +96,31 @@ def test_heads_of_columns_have_units(tmp_path):
         assert code == 1
         loads.append(json.loads(out)["shaking"]["force"])
     assert loads[0] > 1.0 and loads[1] == pytest.approx(loads[0], rel=1e-6)
+
+
+def test_a_thickness_may_have_a_unit():
+    """The plates of a design are so thick: their sizes are printed in millimetres."""
+    flat, general = "four_bar_antiparallelogram", "four_bar_general"
+    design = balance.design(flat, bounds={"coupler": (0.5, 2.0)}, thickness="20 mm")
+    for body in design.to_dict()["bodies"]:
+        assert min(body["solid"]["sizes_mm"]) == pytest.approx(20.0)
+    for make, words in (
+        (balance.counterweights, {"balance": "force"}),
+        (balance.partial, {"budget": 0.2}),
+        (balance.pareto, {"n": 2}),
+    ):
+        made = [
+            make(general, ["crank", "rocker"], thickness=text, **words)
+            for text in ("2cm", 0.02, 0.01)
+        ]
+        z = [x.designs[-1].z if make is balance.pareto else x.z for x in made]
+        assert np.array_equal(z[0], z[1]) and not np.allclose(z[1], z[2], rtol=1e-6)
+    with pytest.raises(UsageError, match="'g' is a unit of mass: write length"):
+        balance.design(flat, thickness="20 g")
+
+
+@pytest.mark.slow
+def test_the_thickness_of_synthesised_plates_may_have_a_unit():
+    places = [(0.0, 0.0, 0.0), (0.1, 0.05, 0.3), (0.2, 0.0, 0.6)]
+    made = balance.synthesize(places, kind="four-bar", thickness="20mm")
+    assert made.to_dict()["thickness"] == 0.02

@@ -12,7 +12,7 @@ from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser, Verbs, add_json_option
 from balance.app.cli.exit_codes import DONE
 from balance.app.cli.number_arguments import add_workers, whole_number
-from balance.app.cli.outputs import add_page_option, kind_of, picture_path
+from balance.app.cli.outputs import add_page_option, describe_written, kind_of, picture_path
 from balance.app.cli.progress import progress_bar
 from kinematics.errors import FileError, WorkerError
 
@@ -127,7 +127,8 @@ def _add_export(kinds: Verbs) -> None:
         "export",
         help="write all results as a table, or one row as URDF",
         description="Writes all results as a table, or the linkage of one row as URDF, with "
-        "its lengths and masses.",
+        "its lengths and masses, and with the counterweights of the study (else the matter of "
+        "reduce) in the masses of its links.",
     )
     parser.add_argument("results", metavar="FILE.db", help="file of the results")
     parser.add_argument(
@@ -160,11 +161,12 @@ def _export(arguments: argparse.Namespace) -> Answer:
 
     with ResultsFile.open(arguments.results) as file, progress_bar("rows", True) as advance:
         if urdf:
-            rows = _export_row(file, arguments.row, arguments.out)
+            added = _export_row(file, arguments.row, arguments.out)
+            data = export_data(file, arguments.out, 1, arguments.row, added)
         else:
-            rows = _export_table(file, arguments.out, advance)
-        data = export_data(file, arguments.out, rows)
-    return Answer(DONE, lambda: data, lambda: export_body(data))
+            data = export_data(file, arguments.out, _export_table(file, arguments.out, advance))
+        units = [column.unit for column in file.columns]
+    return Answer(DONE, lambda: data, lambda: export_body(data, units))
 
 
 def _export_table(file: ResultsFile, path: str, advance: Callable[[int, int], None]) -> int:
@@ -176,8 +178,8 @@ def _export_table(file: ResultsFile, path: str, advance: Callable[[int, int], No
     return write(file, path, advance)
 
 
-def _export_row(file: ResultsFile, row: int, path: str) -> int:
-    """Write the linkage of one row as URDF.
+def _export_row(file: ResultsFile, row: int, path: str) -> str:
+    """Write the linkage of one row as URDF; return what added matter to it, or nothing.
 
     Raises:
         FileError: the file has no study of a sweep, or cannot be written.
@@ -189,9 +191,9 @@ def _export_row(file: ResultsFile, row: int, path: str) -> int:
     if file.about["kind"] != "sweep":
         remedy = "balance discover export writes its members"
         raise FileError(file.path, "", "is no file of a sweep", remedy)
-    linkage = SweepJob.from_description(file.about["description"]).linkage(row)
+    linkage, added = SweepJob.from_description(file.about["description"]).completed(row)
     write_all_atomic([(path, linkage.to_urdf().encode())])
-    return 1
+    return added
 
 
 def _export_path(text: str) -> str:
@@ -266,7 +268,13 @@ def _show(arguments: argparse.Namespace) -> Answer:
 
             page = sweep_page(file, *order)
             files["html"] = lambda: page
-    return Answer(DONE, lambda: data, lambda: show_body(data), files=lambda: files)
+    return Answer(
+        DONE,
+        lambda: data,
+        lambda: show_body(data),
+        remark=describe_written(arguments, True),
+        files=lambda: files,
+    )
 
 
 def _axes(text: str) -> tuple[str, ...]:

@@ -177,9 +177,11 @@ def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -
     )
 
 
-def added_mass_table(weights: Sequence[Counterweight], length: float) -> MassTable:
+def added_mass_table(
+    weights: Sequence[Counterweight], length: float, verdict: str
+) -> MassTable:
     """Make the table of counterweights; see `balance.support.mass_table.mass_table`."""
-    return mass_table(((each.link, each.mass, each.com) for each in weights), length)
+    return mass_table(((each.link, each.mass, each.com) for each in weights), length, verdict)
 
 
 def net_mass(weights: Sequence[Counterweight], moved: Mapping[str, float]) -> float:

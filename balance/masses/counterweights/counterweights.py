@@ -37,6 +37,7 @@ from balance.space.spaces.design_space import DesignSpace
 from balance.support.materials import Density, density_in_si
 from balance.support.options import Balance
 from balance.support.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
+from balance.support.units import length_in_si
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.motion import Motion
@@ -55,7 +56,7 @@ def counterweights(
     minimise: AddedObjective = "mass",
     *,
     density: Density = STEEL,
-    thickness: float | None = None,
+    thickness: float | str | None = None,
     price_of_mass: float = IDLE_MASS_PRICE,
     shape: str | None = None,
     move: Mapping[str, float] | None = None,
@@ -95,9 +96,9 @@ def counterweights(
         density: density that added matter nowhere exceeds, or that on each link by name,
             kg/m³ or a material as ``"lead"``; steel by default. None for point masses, denser
             than any material.
-        thickness: that of plates of added matter on a planar linkage, m, in equal halves about
-            the plane of the linkage, within the section of each region with it. The momentum
-            then has three components. Not for point masses.
+        thickness: that of plates of added matter on a planar linkage, m or ``"20mm"``, in
+            equal halves about the plane of the linkage, within the section of each region with
+            it. The momentum then has three components. Not for point masses.
         price_of_mass: what is added to the objectives inertia and rotor for each kilogram, in
             squares of ``space.length``, so that no mass is added that serves nothing.
         shape: ``disc=0.02`` or ``block=0.02``, of that thickness in metres,
@@ -142,6 +143,7 @@ def counterweights(
     asked = as_space(space, motion, balance)
     motions = motions_or_turn(asked.linkage, motions, speed, crank, asked.motion)
     body_regions = regions_of(asked, links, regions or {})
+    thickness = length_in_si(thickness)
     limits = density_limits(asked, body_regions, density_in_si(density), thickness)
     if not (np.isfinite(price_of_mass) and price_of_mass >= 0.0):
         raise UsageError(f"a price of mass of {price_of_mass:g}: give a number from 0 up")

@@ -263,7 +263,7 @@ class Counterweights(WithPage, WithPicture):
             >>> [row.link for row in given.to_table()]
             ['crank', 'rocker']
         """
-        return added_mass_table(self.weights, self.space.length)
+        return added_mass_table(self.weights, self.space.length, self.words)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON; see ``schemas/counterweights.schema.json``."""

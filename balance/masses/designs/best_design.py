@@ -12,7 +12,7 @@ import numpy as np
 
 from balance.masses.designs.certificate import CertificateCheck
 from balance.masses.designs.constraints import Constraints, build_program, constraints_of
-from balance.masses.designs.density import STEEL, Solid, solid_of
+from balance.masses.designs.density import AIR, STEEL, Solid, solid_data, solid_of
 from balance.masses.designs.design_check import (
     DesignCheck,
     check_design,
@@ -27,7 +27,7 @@ from balance.masses.designs.pseudo_inertia_cone import (
     given_parameters,
     matrices_of,
 )
-from balance.masses.designs.verdicts import describe_furthest, describe_limits
+from balance.masses.designs.verdicts import FORCES_ALONE, describe_furthest, describe_limits
 from balance.masses.designs.write_urdf import replace_inertials
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import MassProperties
@@ -41,12 +41,13 @@ from balance.support.materials import Density, density_in_si
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture, write_file
 from balance.support.tolerances import DENSITIES_EQUAL, KEPT_BODY_RESIDUAL
+from balance.support.units import length_in_si
 from kinematics.errors import BodyError, UsageError
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.motion import Motion
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_largest
-from kinematics.wording import html_facts, number_text, repr_lines
+from kinematics.wording import first_names, html_facts, number_text, repr_lines
 
 DESIGN_SCHEMA = "balance.design/2"
 # Thickness of flat bodies whose density is limited, in lengths of the space, unless given.
@@ -131,7 +132,10 @@ class Design(WithPage, WithPicture):
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the mass of each body."""
-        bodies = (f"{body.name} {number_text(body.mass)} kg" for body in self.bodies)
+        bodies = [f"{body.name} {number_text(body.mass)} kg" for body in self.bodies]
+        for body in (each for each in self.bodies if each.name in self.lighter_than_air[:1]):
+            low, high = (number_text(scale * body.mass, ".2g") for scale in (10.0, 100.0))
+            bodies.insert(0, f"bounds={{{body.name!r}: ({low}, {high})}} gives it more mass")
         return repr_lines(f"Design for {self.space.linkage.name}", self.words, *bodies)
 
     def _repr_html_(self) -> str:
@@ -174,6 +178,13 @@ class Design(WithPage, WithPicture):
         first = first_largest(list(needed.values()), relative=DENSITIES_EQUAL)
         return list(needed.items())[first]
 
+    @property
+    def lighter_than_air(self) -> tuple[str, ...]:
+        """Names of the bodies, but for those kept, whose solids are lighter than air."""
+        solids = zip(self.space.bodies, self.solids, strict=False)
+        light = {name for name, solid in solids if solid is not None and solid.density < AIR}
+        return tuple(name for name in self.space.bodies if name in light - {*self.keep})
+
     def to_urdf(self, path: str | PathLike[str] | None = None) -> bytes:
         """Return the file of the linkage with these masses, and no other change.
 
@@ -185,7 +196,8 @@ class Design(WithPage, WithPicture):
             FileError: the linkage has no file, or the new one cannot be written.
         """
         if self.z is None:
-            raise UsageError(f"{self.space.linkage.name}: no masses to write: {self.words}")
+            words = self.words.replace(FORCES_ALONE, f'{FORCES_ALONE} (balance="force")')
+            raise UsageError(f"{self.space.linkage.name}: no masses to write: {words}")
         elements = {
             body.name: body.urdf
             for body in self.bodies
@@ -194,9 +206,9 @@ class Design(WithPage, WithPicture):
         return write_file(path, replace_inertials(self.space.linkage, elements))
 
     def to_table(self) -> MassTable:
-        """Return mass, g, and centre of mass in the link frame, mm, of each body."""
+        """Return mass, g, and centre of mass in the link frame, mm, of each body; or none."""
         rows = ((body.name, body.mass, body.link_com) for body in self.bodies)
-        return mass_table(rows, self.space.length)
+        return mass_table(rows, self.space.length, self.words)
 
     def to_dict(self) -> dict[str, object]:
         """Return the design as plain data for JSON; see ``schemas/design.schema.json``."""
@@ -228,7 +240,7 @@ class Design(WithPage, WithPicture):
             "density": dict(self.density),
             "thickness": self.thickness,
             "bodies": [
-                {**_as_data(body), "solid": solid and _solid_as_data(solid)}
+                {**_as_data(body), "solid": solid and solid_data(solid)}
                 for body, solid in zip(self.bodies, self.solids, strict=True)
             ],
             "anywhere": self.anywhere.to_dict() if self.anywhere else None,
@@ -251,24 +263,6 @@ def _as_data(body: BodyInertia) -> dict[str, object]:
     }
 
 
-def _solid_as_data(solid: Solid) -> dict[str, object]:
-    """Return a solid as plain data for JSON, in mm and g."""
-    return {
-        "shape": solid.shape,
-        "mass_g": 1e3 * solid.mass,
-        "sizes_mm": (1e3 * solid.sizes).tolist(),
-        "centre_mm": (1e3 * solid.centre).tolist(),
-        "directions": _directions(solid).tolist(),
-        "density": solid.density if solid.density < inf else None,
-    }
-
-
-def _directions(solid: Solid) -> Array:
-    """Compute unit vectors along the axes (3, 3); zeros along an axis without length."""
-    sizes = 0.5 * solid.sizes[:, None]
-    return np.asarray(solid.axes / np.where(sizes > 0.0, sizes, 1.0))
-
-
 def design(
     space: DesignSpace | LinkageLike,
     minimise: Objective | None = None,
@@ -278,7 +272,7 @@ def design(
     within: float | None = BALL_RADIUS,
     one_pose: bool = False,
     density: Density = STEEL,
-    thickness: float | None = None,
+    thickness: float | str | None = None,
     motion: Motion | str | Sequence[str] | None = None,
     balance: Balance | None = None,
 ) -> Design:
@@ -315,8 +309,8 @@ def design(
             rates there. The space is then one of order 0, ``max_order=0``.
         density: density that no body exceeds, or that of some bodies by name, kg/m³ or a
             material; bodies that are kept have no limit. Steel by default; None for no limits.
-        thickness: that of the bodies of a planar linkage whose density is limited, m; by
-            default a twentieth of ``space.length``.
+        thickness: that of the bodies of a planar linkage whose density is limited, m, or a
+            text such as ``"20mm"``; by default a twentieth of ``space.length``.
         motion: restriction of the inputs of a linkage; a space has its own.
         balance: ``"dynamic"``, as by default of a linkage, or ``"force"``.
 
@@ -345,7 +339,8 @@ def design(
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
     densities = density_in_si(density)
-    answer = maximise_margin(space, keep, bounds, within, one_pose, densities, thickness)
+    thick = length_in_si(thickness)
+    answer = maximise_margin(space, keep, bounds, within, one_pose, densities, thick)
     constraints = answer.constraints
     if minimise is None and densities is not None and answer.z is not None:
         answer = _least_change(answer, constraints)
@@ -355,6 +350,10 @@ def design(
         answer = replace(answer, minimise=minimise)
     if within is not None and answer.z is None:
         answer = _with_answer_anywhere(answer, constraints, one_pose)
+    if light := answer.lighter_than_air:
+        answer = replace(
+            answer, words=f"{answer.words}; lighter than air: {first_names(light)}"
+        )
     if isinstance(answer.space, RequiredSpace) and answer.verdict == "infeasible":
         return replace(answer, words=f"{answer.words}; {_contradiction(answer, answer.space)}")
     return replace(answer, words=f"{answer.words}{ONE_POSE}") if one_pose else answer

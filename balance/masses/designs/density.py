@@ -21,6 +21,7 @@ whose left side is concave, and homogeneous if the unit of mass is a coordinate 
 
 from __future__ import annotations
 
+from math import inf
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -30,8 +31,8 @@ from balance.support.materials import MATERIALS
 from balance.support.tolerances import SECOND_MOMENT_NEGATIVE_RELATIVE
 from kinematics.numerics.array_types import Array
 
-# Density of steel, kg/m³.
-STEEL = MATERIALS["steel"]
+# Densities of steel and of air, kg/m³.
+STEEL, AIR = MATERIALS["steel"], 1.2
 
 
 class DensityLimit(NamedTuple):
@@ -153,3 +154,21 @@ def mass_where_least(per_mass: float, area: float, d: int) -> float:
     if area <= 0.0:
         return np.inf
     return float((-per_mass / (area * (1.0 + 2.0 / d))) ** (0.5 * d))
+
+
+def solid_data(solid: Solid) -> dict[str, object]:
+    """Return a solid as plain data for JSON, in mm and g."""
+    return {
+        "shape": solid.shape,
+        "mass_g": 1e3 * solid.mass,
+        "sizes_mm": (1e3 * solid.sizes).tolist(),
+        "centre_mm": (1e3 * solid.centre).tolist(),
+        "directions": _directions(solid).tolist(),
+        "density": solid.density if solid.density < inf else None,
+    }
+
+
+def _directions(solid: Solid) -> Array:
+    """Compute unit vectors along the axes (3, 3); zeros along an axis without length."""
+    sizes = 0.5 * solid.sizes[:, None]
+    return np.asarray(solid.axes / np.where(sizes > 0.0, sizes, 1.0))

@@ -37,6 +37,9 @@ TOO_NARROW = (
 )
 
 
+FORCES_ALONE = "balance the forces alone"
+
+
 def describe_limits(constraints: Constraints) -> str:
     """Describe the balls and densities of the constraints, to follow a verdict."""
     within = f" within {constraints.within:g} link lengths" if constraints.balls else ""
@@ -87,7 +90,7 @@ def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) ->
         return f"{verdict}: in every balanced distribution there, {sums} or less, {positive}"
     remedy = "change the geometry or restrict the motion"
     if space.balance == "dynamic":
-        remedy = "change the geometry, restrict the motion, or balance the forces alone"
+        remedy = f"change the geometry, restrict the motion, or {FORCES_ALONE}"
     return f"{verdict}: in every balanced distribution {sums}, {positive}; {remedy}"
 
 

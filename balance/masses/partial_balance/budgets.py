@@ -46,6 +46,7 @@ from balance.support.tolerances import (
     LEAST_SHAKING_GAP,
     SHAKING_GAP_PROVED,
 )
+from balance.support.units import length_in_si
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike
 from kinematics.model.arrays import freeze
@@ -78,7 +79,7 @@ def partial(
     frame: ElasticFrame | None = None,
     about: ArrayLike | None = None,
     density: Density = STEEL,
-    thickness: float | None = None,
+    thickness: float | str | None = None,
     minimise: PartialObjective = "rms",
     move: Mapping[str, float] | None = None,
     shape: str | None = None,
@@ -115,8 +116,8 @@ def partial(
         density: density that added matter nowhere exceeds, or that on each link by name,
             kg/m³ or a material as ``"lead"``; steel by default. None for point masses, denser
             than any material.
-        thickness: that of plates of added matter on a planar linkage, m, in equal halves about
-            its plane.
+        thickness: that of plates of added matter on a planar linkage, m or ``"20mm"``, in
+            equal halves about its plane.
         minimise: ``"rms"``; ``"peak"``: the largest ``√(|F|² + |M|²/ℓ²)`` of all samples;
             ``"torque"``: the largest drive torque of all inputs, without gravity;
             ``"bearing"``: the largest force in all joints; orders, such as ``(1, 2)``: the rms
@@ -155,7 +156,7 @@ def partial(
         frame,
         about,
         density_in_si(density),
-        thickness,
+        length_in_si(thickness),
         minimise,
         move,
         shape,
@@ -202,7 +203,7 @@ def pareto(
     frame: ElasticFrame | None = None,
     about: ArrayLike | None = None,
     density: Density = STEEL,
-    thickness: float | None = None,
+    thickness: float | str | None = None,
     minimise: PartialObjective = "rms",
     move: Mapping[str, float] | None = None,
     shape: str | None = None,
@@ -231,7 +232,7 @@ def pareto(
         frame: an elastic frame.
         about: point for moments, metres.
         density: kg/m³, or a material; None for point masses.
-        thickness: of plates, metres.
+        thickness: of plates, metres or ``"20mm"``.
         minimise: see `partial`.
         move: shares of given masses that may be moved, by link.
         shape: of each counterweight, such as ``disc=0.02``.
@@ -272,7 +273,7 @@ def pareto(
         frame,
         about,
         density_in_si(density),
-        thickness,
+        length_in_si(thickness),
         minimise,
         move,
         shape,

@@ -188,7 +188,7 @@ class PartialBalance(WithPage, WithPicture):
             >>> [row.link for row in least.to_table()]
             ['crank']
         """
-        return added_mass_table(self.weights, self.space.length)
+        return added_mass_table(self.weights, self.space.length, self.words)
 
     def to_dict(self) -> dict[str, object]:
         """Return a design as plain data for JSON."""

@@ -42,6 +42,11 @@ class Column:
                 f"no column may be called '{ROW_NUMBER}', as the number of a row is"
             )
 
+    @property
+    def heading(self) -> str:
+        """Name and unit, such as ``peak_force (N)``."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
 
 class ChunkJob(Protocol):
     """A computation whose rows are split into chunks; it can be pickled.

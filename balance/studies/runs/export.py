@@ -42,7 +42,7 @@ def export_csv(
 def export_workbook(
     file: ResultsFile, path: str, progress: Callable[[int, int], None] | None = None
 ) -> int:
-    """Write all results as a workbook of one sheet, with the table that `export_csv` writes.
+    """Write all results as a workbook of one sheet: the table of `export_csv`, with units.
 
     Args:
         path: path of the ``.xlsx`` file.
@@ -63,21 +63,25 @@ def export_workbook(
             f"a sheet holds {SHEET_ROWS:,} rows, and these are {rows:,}: write a .csv instead"
         )
     table = io.BytesIO()
-    done = _write_csv(file, table, progress)
+    done = _write_csv(file, table, progress, units=True)
     with open_atomic(path) as raw:
         raw.write(workbook_of(table.getvalue(), "results"))
     return done
 
 
 def _write_csv(
-    file: ResultsFile, raw: IO[bytes], progress: Callable[[int, int], None] | None
+    file: ResultsFile,
+    raw: IO[bytes],
+    progress: Callable[[int, int], None] | None,
+    units: bool = False,
 ) -> int:
-    """Write all results as CSV to a stream, and count the rows."""
+    """Write all results as CSV to a stream, the head with units if asked; count the rows."""
     names = [column.name for column in file.columns]
     total, done = file.computed()[1], 0
     text = io.TextIOWrapper(raw, encoding="utf-8", newline="", write_through=True)
     writer = csv_writer(text)
-    writer.writerow([ROW_NUMBER, *names])
+    heads = [column.heading for column in file.columns] if units else names
+    writer.writerow([ROW_NUMBER, *heads])
     for rows in file.batches(names):
         writer.writerows(rows)
         done += len(rows)

@@ -21,10 +21,12 @@ from balance.studies.sweeps.closing import ClosedGeometries
 from balance.studies.sweeps.geometry import SweptGeometry
 from balance.studies.sweeps.plan import Plan
 from balance.studies.sweeps.quantities import RANK_DROP, full_options, quantity_columns
-from balance.studies.sweeps.row_quantities import QUANTITIES, Quantity
+from balance.studies.sweeps.row_quantities import AFTER, QUANTITIES, Quantity, masses_after
 from balance.studies.sweeps.study_data import StudyData
 from balance.studies.sweeps.study_units import unit_of_path
+from kinematics.closure.joint_positions import with_bodies
 from kinematics.errors import FileError, LinkageError, UsageError
+from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array, Flags, IntArray
 from kinematics.version import __version__
@@ -108,16 +110,52 @@ class SweepJob:
             values = _compute_rows(_plan_of(self.description), start, stop)
         return {column.name: values[column.name] for column in self.columns}
 
-    def linkage(self, row: int) -> Linkage:
+    def linkage(self, row: int, added: str = "") -> Linkage:
         """Build the linkage of a row, at the pose that closes its loops.
 
         Args:
             row: its number, from 0.
+            added: the quantity whose matter its links have as well; empty for the masses given.
 
         Raises:
-            UsageError: there is no such row, or its loops do not close.
+            UsageError: there is no such row, its loops do not close, the study does not compute
+                that quantity, or it finds no matter for the row.
             LinkageError: no body has the masses of the row, or the linkage cannot move.
         """
+        geometry = self._geometry(row)
+        if not added:
+            return geometry.linkage
+        study = _plan_of(self.description).study
+        if added not in AFTER or added not in study.quantities:
+            raise UsageError(f"added='{added}' is no matter that the study adds: leave it out")
+        z, words = masses_after(geometry, added, study.quantities[added])
+        if z is None:
+            raise UsageError(f"row {row}: {added} add no matter: {words}")
+        return _with_masses(geometry.linkage, z)
+
+    def completed(self, row: int) -> tuple[Linkage, str]:
+        """Build the linkage of a row with the matter that the study adds, where there is any.
+
+        Args:
+            row: its number, from 0.
+
+        Returns:
+            The linkage; and the quantity that adds the matter, the first of several, or an
+            empty text if its masses are those given.
+
+        Raises:
+            LinkageError: as for `linkage`.
+        """
+        geometry = self._geometry(row)
+        quantities = _plan_of(self.description).study.quantities
+        for verb in filter(quantities.__contains__, AFTER):
+            z, _ = masses_after(geometry, verb, quantities[verb])
+            if z is not None:
+                return _with_masses(geometry.linkage, z), verb
+        return geometry.linkage, ""
+
+    def _geometry(self, row: int) -> SweptGeometry:
+        """Close the loops of a row; raises errors of `linkage`."""
         if not 0 <= row < self.rows:
             raise UsageError(f"there is no row {row}: give one from 0 to {self.rows - 1}")
         plan = _plan_of(self.description)
@@ -126,8 +164,7 @@ class SweepJob:
         if reasons[0]:
             raise UsageError(f"row {row} is no linkage, for {reasons[0]}: give another row")
         study, masses = plan.study, plan.masses(values, 0)
-        geometry = SweptGeometry(plan.linkage, masses, closed, 0, study.balance, study.spatial)
-        return geometry.linkage
+        return SweptGeometry(plan.linkage, masses, closed, 0, study.balance, study.spatial)
 
     def compute_part(self, chunk: int, first: int) -> tuple[dict[str, Any], int]:
         """Compute rows of a chunk for a few seconds; see `PartedJob.compute_part`.
@@ -159,6 +196,12 @@ class SweepJob:
 def _plan_of(text: str) -> Plan:
     """Read a study and its model, once in each process."""
     return Plan(StudyData.from_text(text))
+
+
+def _with_masses(linkage: Linkage, z: Array) -> Linkage:
+    """Give the bodies of a linkage parameters (bodies, 10), inertial origin."""
+    bodies = zip(linkage.bodies, z, strict=True)
+    return with_bodies(linkage, [replace(body, inertia=freeze(each)) for body, each in bodies])
 
 
 def _compute_rows(plan: Plan, start: int, stop: int) -> dict[str, Any]:

@@ -180,10 +180,10 @@ def _after(quantity: Quantity, verb: str) -> Quantity:
         )
 
     def compute(geometry: SweptGeometry, options: Options) -> Sequence[Any]:
-        answer = AFTER[verb].answer(geometry, _arguments(options[verb]))
-        if answer.z is None:
+        z = masses_after(geometry, verb, options[verb])[0]
+        if z is None:
             return [np.nan] * len(quantity.columns(geometry.linkage, options))
-        return quantity.compute(geometry, {**options, MASSES: answer.z})
+        return quantity.compute(geometry, {**options, MASSES: z})
 
     return quantity._replace(columns=columns, compute=compute, together=None)
 
@@ -428,6 +428,26 @@ MASS_QUANTITIES = (
     *(name for name in QUANTITIES if " after " in name),
 )
 """Quantities that may depend on the masses of the model."""
+
+
+def masses_after(
+    geometry: SweptGeometry, verb: str, options: Options
+) -> tuple[Array | None, str]:
+    """Compute the parameters (bodies, 10) with the matter that a quantity adds.
+
+    Args:
+        verb: the quantity, of `AFTER`.
+        options: its options.
+
+    Returns:
+        The parameters, inertial origin, SI units, or None where it finds none; and its verdict
+        in one line.
+
+    Raises:
+        LinkageError: see `balance.counterweights` and `balance.partial`.
+    """
+    answer = AFTER[verb].answer(geometry, _arguments(options))
+    return answer.z, answer.words
 
 
 def added_before(name: str) -> str:

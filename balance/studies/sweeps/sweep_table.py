@@ -76,20 +76,23 @@ class SweepTable(WithPage):
         told = ((f"{count} without an answer", why) for why, count in self.reasons.items())
         return html_facts(f"SweepTable: {count_noun(len(self), 'geometry')}", *told, *rows)
 
-    def linkage(self, row: int) -> Linkage:
+    def linkage(self, row: int, added: str = "") -> Linkage:
         """Build the linkage of a row, with its lengths and masses, at its closed pose.
 
-        Its ``to_urdf()`` is the text of a file; counterweights and matter of a budget, which a
-        study may compute, are not in it.
+        Its ``to_urdf()`` is the text of a file.
 
         Args:
             row: its number, from 0.
+            added: ``"counterweights"`` or ``"reduce"``, a quantity of the study: the matter
+                that it adds to the row is then in the masses of the links. Empty for the
+                given masses.
 
         Raises:
-            UsageError: there is no such row, or its loops do not close.
+            UsageError: there is no such row, its loops do not close, the study does not compute
+                that quantity, or it finds no matter for the row.
             LinkageError: no body has the masses of the row, or the linkage cannot move.
         """
-        return self.job.linkage(row)
+        return self.job.linkage(row, added)
 
     def to_pandas(self) -> DataFrame:
         """Convert to a pandas table, with pandas installed."""

@@ -61,6 +61,7 @@ from balance.studies.synthesis.rr_chain import (
 )
 from balance.studies.synthesis.stack_synthesis import decoupled_stack
 from balance.studies.synthesis.three_positions import CrossingMap, crossing_map, default_window
+from balance.support.units import length_in_si
 from kinematics.errors import UsageError
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
@@ -99,7 +100,7 @@ def synthesize(
     window: Sequence[float] | None = None,
     within: float = 0.0,
     density: float | None = STEEL,
-    thickness: float | None = None,
+    thickness: float | str | None = None,
     timed: bool = False,
     function: Iterable[Sequence[float]] = (),
     start: Sequence[float] | None = None,
@@ -136,9 +137,9 @@ def synthesize(
         density: density that the links, or the counterweights and rotors of any four-bar,
             nowhere exceed, kg/m³; that of steel by default. None for points, denser than any
             material.
-        thickness: of the plates that this matter is, metres. By default links are plates of a
-            twentieth of the base, or of crank and coupler in line, or an eighth if those are
-            too thin, and counterweights and rotors are no plates.
+        thickness: of the plates that this matter is, metres or ``"20mm"``. By default links are
+            plates of a twentieth of the base, or of crank and coupler in line, or an eighth if
+            those are too thin, and counterweights and rotors are no plates.
         timed: whether the angles of three to twenty positions are those of the crank of any
             four-bar, which rise or fall; the tool turns as it may (path generation with
             prescribed timing). Only differences of the angles count. Up to five are met, more
@@ -204,7 +205,7 @@ def synthesize(
         progress,
         float(within),
         density,
-        thickness,
+        length_in_si(thickness),
         timed,
         points,
         None if start is None else (float(start[0]), float(start[1])),

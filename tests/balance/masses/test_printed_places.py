@@ -1,6 +1,7 @@
 """Printed and tabled masses stand where the written file has them, in the named frame."""
 
 import re
+from ast import literal_eval
 from xml.etree import ElementTree
 
 import numpy as np
@@ -11,6 +12,7 @@ from balance.app.answers.text.counterweights import FRAMES
 from balance.app.answers.text.partial_balance import front_body, front_rows
 from balance.app.answers.text.remedies import remedies_facts
 from balance.support.mass_table import mass_table
+from kinematics.errors import UsageError
 
 MODEL = "four_bar_general"
 
@@ -63,6 +65,39 @@ def test_a_table_is_printed_in_columns():
     ]
     assert "500 g at (100, -20, 0) mm" in table._repr_html_()
     assert table[0].mass == 500.0 and len(table) == 1
+
+
+def test_an_answer_without_masses_says_that_there_are_none_and_why():
+    none = balance.design(MODEL)
+    told = repr(none.to_table())
+    assert told == f"no masses: {none.words}" and none.words.startswith("infeasible: ")
+    assert "no masses" in none.to_table()._repr_html_()
+    with pytest.raises(UsageError, match=r'balance the forces alone \(balance="force"\)'):
+        none.to_urdf()
+    assert balance.design(MODEL, balance="force").to_table()
+    assert repr(balance.counterweights(MODEL, ["coupler"]).to_table()).startswith(
+        "no masses: i"
+    )
+
+
+def test_a_design_that_is_lighter_than_air_says_so_and_how_to_make_it_heavier():
+    """A plate of the central moments I_zz and mass m: C = diag(a², b²) m/4, ρ = m/(π a b t)."""
+    model, light = "four_bar_antiparallelogram", {"coupler": (1e-5, 1e-4)}
+    design = balance.design(model, bounds=light)
+    coupler = next(body for body in design.bodies if body.name == "coupler")
+    a, b = 2.0 * np.sqrt(np.linalg.eigvalsh(_central(coupler)) / coupler.mass)
+    assert coupler.mass / (np.pi * a * b * design.thickness) < 1.2
+    assert design.words.endswith("; lighter than air: coupler")
+    (line,) = (x for x in repr(design).splitlines() if "bounds=" in x)
+    bounds = literal_eval(line.strip().removeprefix("bounds=").partition("}")[0] + "}")
+    assert "lighter" not in balance.design(model, bounds={"coupler": (0.05, 0.5)}).words
+    assert bounds["coupler"][0] == pytest.approx(10.0 * coupler.mass, rel=0.05)
+
+
+def _central(body):
+    """Second moments (2, 2) in the plane about the centre of mass, from moments of inertia."""
+    inertia = body.link_inertia
+    return (0.5 * np.trace(inertia) * np.eye(3) - inertia)[:2, :2]
 
 
 @pytest.mark.slow

@@ -45,7 +45,8 @@ def counterweights_picture(counterweights: Counterweights, kind: str = "png") ->
     """Draw the loads along motions without and with counterweights."""
     along = _with_loads(counterweights).along
     assert along is not None
-    return verification_picture(*along.pair, kind=kind)
+    masses = "with the masses given", "with counterweights"
+    return verification_picture(*along.pair, kind=kind, masses=masses)
 
 
 def _with_loads(counterweights: Counterweights) -> Counterweights:

@@ -39,7 +39,8 @@ def design_picture(design: Design, kind: str = "png") -> bytes:
     assert design.z is not None
     space = design.space
     loads = compare_masses(space.linkage, design.z, motion=space.motion, balance=space.balance)
-    return verification_picture(*loads.pair, kind=kind)
+    masses = "with the masses given", "with the designed masses"
+    return verification_picture(*loads.pair, kind=kind, masses=masses)
 
 
 def block(z: Array) -> dict[str, object] | None:

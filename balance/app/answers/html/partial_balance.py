@@ -75,7 +75,8 @@ def partial_balance_page(balance: PartialBalance) -> str:
 
 def partial_balance_picture(balance: PartialBalance, kind: str = "png") -> bytes:
     """Draw the loads along motions before and after."""
-    return verification_picture(*loads_of(balance).pair, kind=kind)
+    masses = "with the masses given", "with the added matter"
+    return verification_picture(*loads_of(balance).pair, kind=kind, masses=masses)
 
 
 def front_picture(front: ParetoFront, kind: str = "png") -> bytes:

@@ -133,7 +133,7 @@ def _draw(
             x[finite], y[finite], c=colour, s=9, linewidths=0, rasterized=finite.sum() > MANY
         )
     if shade is not None:
-        figure.colorbar(picture, ax=ax, label=_label(columns[2]))
+        figure.colorbar(picture, ax=ax, label=columns[2].heading)
     if drops.any():
         ax.scatter(
             x[drops],
@@ -145,8 +145,8 @@ def _draw(
             label=f"lower rank: {int(drops.sum())} rows",
         )
         ax.legend(frameon=False, fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0))
-    ax.set_xlabel(_label(columns[0]))
-    ax.set_ylabel(_label(columns[1]))
+    ax.set_xlabel(columns[0].heading)
+    ax.set_ylabel(columns[1].heading)
     tidy(ax)
 
 
@@ -159,8 +159,3 @@ def _draw_map(ax: Any, x: Array, y: Array, shade: Array) -> Any:
     cells[~np.isfinite(cells)] = np.nan
     ax.set_axisbelow(True)
     return ax.pcolormesh(across, along, cells, shading="nearest", rasterized=cells.size > MANY)
-
-
-def _label(column: Column) -> str:
-    """Name a column and its unit."""
-    return f"{column.name} ({column.unit})" if column.unit else column.name

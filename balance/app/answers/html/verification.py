@@ -25,7 +25,7 @@ from balance.motion.verification.comparison import VerificationComparison
 from balance.motion.verification.run import Run
 from balance.motion.verification.verification import Verification
 from balance.support.csv_text import csv_table
-from balance.support.linkage_names import linkage_names
+from balance.support.linkage_names import linkage_names, linkage_title
 from balance.support.tolerances import FORCE_EQUAL_RELATIVE
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
@@ -113,14 +113,17 @@ def _largest_columns(
     return tuple(names[k] for k in chosen), values[:, chosen].T
 
 
-def verification_picture(*verifications: Verification, kind: str = "png") -> bytes:
+def verification_picture(
+    *verifications: Verification, kind: str = "png", masses: Sequence[str] = ()
+) -> bytes:
     """Draw the panels as an image; verifications are side by side with common scales.
 
     Args:
         verifications: one or more verifications.
         kind: ``"png"`` or ``"svg"``.
+        masses: what tells verifications of one linkage apart, such as ``as given``.
     """
-    return panels_picture(_columns(verifications), kind)
+    return panels_picture(_columns(verifications, masses), kind)
 
 
 def comparison_picture(comparison: VerificationComparison, kind: str = "png") -> bytes:
@@ -128,22 +131,23 @@ def comparison_picture(comparison: VerificationComparison, kind: str = "png") ->
     return verification_picture(comparison.after, comparison.before, kind=kind)
 
 
-def _columns(verifications: Sequence[Verification]) -> list[PanelColumn]:
+def _columns(verifications: Sequence[Verification], masses: Sequence[str]) -> list[PanelColumn]:
     """Build the column of panels of each linkage."""
+    headings = _headings(verifications, masses)
     return [
         PanelColumn(heading, _plotted_run(verification).trajectory.time, panels(verification))
-        for verification, heading in zip(verifications, _headings(verifications), strict=True)
+        for verification, heading in zip(verifications, headings, strict=True)
     ]
 
 
-def _headings(verifications: Sequence[Verification]) -> list[str]:
+def _headings(verifications: Sequence[Verification], masses: Sequence[str]) -> list[str]:
     """Build the heading of each linkage: name, verdict and plotted motion, on two lines."""
+    linkages = [verification.linkage for verification in verifications]
+    names = [f"{linkage_title(linkages[0])} {text}" for text in masses]
     return [
         f"{name}\n{verification.verdict}, {motion_heading(verification, verification.plotted)}"
         for name, verification in zip(
-            linkage_names([verification.linkage for verification in verifications]),
-            verifications,
-            strict=True,
+            names or linkage_names(linkages), verifications, strict=True
         )
     ]
 

@@ -13,7 +13,7 @@ from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Fact
 from balance.app.answers.text.linkage import linkage_facts
 from balance.app.answers.text.report import distance_text
 from balance.masses.designs.best_design import Design
-from balance.masses.designs.density import STEEL
+from balance.masses.designs.density import AIR, STEEL
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics.numerics.array_types import Array
@@ -38,8 +38,8 @@ DIGITS = 4
 # Digits of the largest coordinate of a centre of mass: a quotient, which a least mass leaves
 # free to about 1e-5 of its size.
 COM_DIGITS = 3
-# Density of air, kg/m³, and that of steel with what a solver leaves open.
-AIR, DENSER_THAN_STEEL = 1.2, 1.001 * STEEL
+# Density of steel with what a solver leaves open, kg/m³.
+DENSER_THAN_STEEL = 1.001 * STEEL
 # Digits of moments of inertia: objectives determine them less well than masses.
 MOMENT_DIGITS = 2
 

@@ -17,6 +17,10 @@ from kinematics.wording import count_noun, number_text
 SCHEMA = "balance.sweep/1"
 REASON = "reason"
 """The column in which a sweep says why a row has no answer; empty if it has one."""
+MOMENT_POINT = (
+    "about the origin of the base frame, as by verify --about 0,0,0; without it, those of "
+    "verify are about the middle of the mechanism"
+)
 # Most characters of a text in a table.
 WIDEST = 40
 
@@ -89,24 +93,41 @@ def file_facts(data: Data) -> list[tuple[str, str]]:
     return pairs
 
 
-def export_data(file: ResultsFile, path: str, rows: int) -> Data:
+def export_data(
+    file: ResultsFile, path: str, rows: int, row: int | None = None, added: str = ""
+) -> Data:
     """Collect what was exported.
 
     Args:
         path: path of the file that was written.
         rows: its rows.
+        row: number of the row that is written as a linkage.
+        added: the quantity whose matter that linkage has; empty for the masses given.
     """
-    return {"schema": SCHEMA, "what": "export", **_file_data(file), "out": path, "lines": rows}
+    return {
+        "schema": SCHEMA,
+        "what": "export",
+        **_file_data(file),
+        "out": path,
+        "lines": rows,
+        "row": row,
+        "added": added or None,
+    }
 
 
-def export_body(export: Data) -> AnswerBody:
+def export_body(export: Data, units: Sequence[str | None]) -> AnswerBody:
     """Build what is printed on an export.
 
     Args:
         export: from `export_data`.
+        units: those of the columns of the file.
     """
-    written = ("written", f"{export['out']}, {export['lines']:,} rows")
-    return [Facts([*file_facts(export), written])]
+    what = count_noun(export["lines"], "row")
+    if export["row"] is not None:
+        masses = f"and the matter of {export['added']}" if export["added"] else "alone"
+        what = f"row {export['row']} with the masses given {masses}"
+    written = ("written", f"{export['out']}, {what}")
+    return [Facts([*file_facts(export), *_moment_facts(units), written])]
 
 
 def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Data:
@@ -172,7 +193,9 @@ def show_body(contents: Data) -> AnswerBody:
         if column["kind"] != "text" and column["least"] is not None and not column["round_off"]
     ]
     ranges.insert(0, ("column", "least", "most", "missing"))
-    facts = Facts([*file_facts(contents), *_idle_columns(contents["columns"])])
+    columns = contents["columns"]
+    moments = _moment_facts([column["unit"] for column in columns])
+    facts = Facts([*file_facts(contents), *moments, *_idle_columns(columns)])
     body: list[AnswerPart] = [facts, "", AnswerTable(ranges, "<>")]
     if contents["table"]:
         rows = [[cell_text(value) for value in row] for row in contents["table"]]
@@ -184,6 +207,11 @@ def show_body(contents: Data) -> AnswerBody:
             AnswerTable([[row[k] for k in kept] for row in (contents["head"], *rows)], "<>"),
         ]
     return body
+
+
+def _moment_facts(units: Sequence[str | None]) -> list[tuple[str, str]]:
+    """Say about which point the moments are, if a column has the unit of a moment."""
+    return [("moments", MOMENT_POINT)] if "N m" in units else []
 
 
 def _idle_columns(columns: Sequence[Data]) -> list[tuple[str, str]]:

@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 
 import balance
+from balance.motion.verification.crank_revolution import revolve_crank
+from balance.motion.verification.shaking_wrench import mass_parameters
+from balance.motion.verification.verify_motions import PinocchioModel
+from kinematics.errors import UsageError
 from tests.support.command_runs import asked
 
 pytestmark = [pytest.mark.lanes, pytest.mark.slow]
@@ -46,14 +50,15 @@ def _exported(results, *words):
 
 
 def test_a_row_is_the_linkage_that_was_computed(results):
-    """Pinocchio finds the force of its column along the turn of its crank."""
+    """The file of a row shakes with the force of its column along the turn of its crank."""
     with open(
         _exported(results, "--out", results.with_suffix(".csv")), encoding="utf-8"
     ) as text:
         rows = list(csv.DictReader(text))
     table = balance.studies.read_study(results.with_suffix(".toml")).run(workers=0)
     for number in (1, 2):
-        path = _exported(results, "--out", results.parent / f"{number}.urdf", "--row", number)
+        path = results.parent / f"{number}.urdf"
+        path.write_text(table.linkage(number).to_urdf(), encoding="utf-8")
         linkage = balance.load(str(path))
         masses = {body.name: body.inertia[0] for body in linkage.bodies}
         assert masses["coupler"] == pytest.approx(float(rows[number]["coupler.mass"]))
@@ -62,7 +67,44 @@ def test_a_row_is_the_linkage_that_was_computed(results):
         assert length == pytest.approx(float(rows[number]["coupler.length"]))
         check = balance.verify(str(path), speed="300rpm")
         assert check.force == pytest.approx(float(rows[number]["peak_force"]), rel=1e-3)
-        assert table.linkage(number).to_urdf() == path.read_text(encoding="utf-8")
+
+
+def test_the_file_of_a_row_has_its_counterweights(results):
+    """By Pinocchio, the force vanishes, and the moment has the peak of the column."""
+    table = balance.studies.read_study(results.with_suffix(".toml")).run(workers=0)
+    for number in (0, 3):
+        path = results.parent / f"{number}_balanced.urdf"
+        words = ["--row", str(number), "--out", str(path)]
+        done = asked(["sweep", "export", str(results), *words])
+        assert (
+            f"row {number} with the masses given and the matter of counterweights" in done.out
+        )
+        assert table.linkage(number, "counterweights").to_urdf() == path.read_text("utf-8")
+        written, given = balance.load(str(path)), table.linkage(number)
+        added = [sum(body.inertia[0] for body in x.bodies) for x in (written, given)]
+        assert added[0] - added[1] == pytest.approx(table["added_mass"][number], rel=1e-9)
+        way, _ = revolve_crank(written, 10.0 * np.pi, steps=720)
+        wrench = PinocchioModel(written, mass_parameters(written)).reactions(way)
+        moment, force = (
+            np.linalg.norm(part, axis=1).max() for part in (wrench[:, :3], wrench[:, 3:])
+        )
+        assert moment == pytest.approx(table["peak_moment_after"][number], rel=1e-4)
+        assert force < 1e-9 * table["peak_force"][number]
+
+
+def test_a_row_without_counterweights_is_written_as_given(tmp_path):
+    study = STUDY.replace('"crank", "rocker"]', '"coupler"]')
+    (tmp_path / "study.toml").write_text(study, encoding="utf-8")
+    assert asked(["sweep", "run", str(tmp_path / "study.toml"), "--workers", "1"]).code == 0
+    path = tmp_path / "0.urdf"
+    words = [str(tmp_path / "study.db"), "--row", "0", "--out", str(path)]
+    assert "row 0 with the masses given alone" in asked(["sweep", "export", *words]).out
+    table = balance.studies.read_study(tmp_path / "study.toml").run(workers=0)
+    assert path.read_text("utf-8") == table.linkage(0).to_urdf()
+    with pytest.raises(UsageError, match="row 0: counterweights add no matter: infeasible"):
+        table.linkage(0, "counterweights")
+    with pytest.raises(UsageError, match="added='reduce'"):
+        table.linkage(0, "reduce")
 
 
 def test_a_workbook_has_the_table(results):
@@ -75,7 +117,12 @@ def test_a_workbook_has_the_table(results):
     ) as text:
         names, *rows = csv.reader(text)
     cells = [["" if x is None else x for x in row] for row in sheet.iter_rows(values_only=True)]
-    assert cells[0] == names and len(cells) == 5
+    units = {"added_mass": "kg", "peak_moment_after": "N m", "coupler.length": "m"}
+    heads = dict(zip(names, cells[0], strict=True))
+    assert {name: heads[name] for name in units} == {
+        name: f"{name} ({unit})" for name, unit in units.items()
+    }
+    assert [str(head).partition(" (")[0] for head in cells[0]] == names and len(cells) == 5
     for words, row in zip(rows, cells[1:], strict=True):
         for word, value in zip(words, row, strict=True):
             if isinstance(value, str):
@@ -87,3 +134,28 @@ def test_a_workbook_has_the_table(results):
 def test_round_off_is_no_order(results):
     done = asked(["sweep", "show", str(results), "--sort", "peak_force_after"])
     assert done.code == 2 and "it is round-off in all rows" in done.err
+
+
+def test_show_says_which_files_it_wrote(results):
+    page, picture = results.with_suffix(".html"), results.with_suffix(".svg")
+    axes = ["--plot", "coupler.length,coupler.mass,peak_moment", "--out", str(picture)]
+    done = asked(["sweep", "show", str(results), "--html", str(page), *axes])
+    assert done.code == 0 and page.is_file() and picture.is_file()
+    assert f"written: {picture}, {page}" in done.err
+    assert "written" not in asked(["sweep", "show", str(results)]).err
+
+
+def test_moments_are_about_the_point_that_is_said(results, tmp_path):
+    """The command that is named gives the moment of the column, another point gives another."""
+    for words in (
+        ["show", str(results)],
+        ["export", str(results), "--out", str(tmp_path / "a.csv")],
+    ):
+        done = asked(["sweep", *words])
+        assert "about the origin of the base frame, as by verify --about 0,0,0" in done.out
+    table = balance.studies.read_study(results.with_suffix(".toml")).run(workers=0)
+    path = tmp_path / "given.urdf"
+    path.write_text(table.linkage(1).to_urdf(), encoding="utf-8")
+    peak = pytest.approx(table["peak_moment"][1], rel=1e-3)
+    assert balance.verify(str(path), speed="300rpm", about=(0.0, 0.0, 0.0)).moment == peak
+    assert balance.verify(str(path), speed="300rpm").moment != peak

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -152,14 +152,17 @@ def result_files(arguments: argparse.Namespace, *results: Any, **page: object) -
     }
 
 
-def describe_written(arguments: argparse.Namespace, designed: bool) -> str:
+def describe_written(
+    arguments: argparse.Namespace, designed: bool, *, without: Sequence[str] = ()
+) -> str:
     """Say which files are written.
 
     Args:
         designed: whether there is a design; without one, no file is written.
+        without: options whose files are not written.
     """
     given = _output_paths(arguments)
-    paths = ", ".join(given[name] for name in OUTPUTS if name in given)
+    paths = ", ".join(given[name] for name in OUTPUTS if name in given and name not in without)
     if not paths:
         return ""
     return f"written: {paths}" if designed else f"not written, for there is no design: {paths}"

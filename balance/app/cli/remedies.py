@@ -25,12 +25,13 @@ from balance.app.cli.outputs import (
     add_page_option,
     add_picture_option,
     check_folder,
+    describe_written,
+    join_remarks,
     result_files,
 )
 from balance.app.cli.progress import print_on_terminal, progress_bar
 from balance.masses.remedies.catalogue import CATALOGUE
 from kinematics.error_text import did_you_mean
-from kinematics.wording import number_text
 
 if TYPE_CHECKING:
     from balance.masses.remedies.applied import AppliedRemedy
@@ -117,7 +118,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
     names = [] if arguments.links else [body.name for body in request.linkage.bodies]
     reduce = reduce_command(arguments, request.given_mass, names, folder=True)
     helps = any(applied.helps for applied in comparison.results)
-    undrawn = arguments.plot if arguments.plot and not helps else ""
+    undrawn = [] if helps else ["out", "plot"]
+    unwritten = ", ".join(filter(None, (getattr(arguments, name) for name in undrawn)))
     return Answer(
         verdict_code(comparison.verdict),
         comparison.to_dict,
@@ -126,14 +128,17 @@ def _run(arguments: argparse.Namespace) -> Answer:
             *comparison.request.space.warnings,
             *note_implausible_masses(request.linkage, [("--budget ", arguments.budget or 0.0)]),
         ),
-        f"not written, for no remedy helps: {undrawn}" if undrawn else "",
+        join_remarks(
+            describe_written(arguments, True, without=undrawn),
+            f"not written, for no remedy helps: {unwritten}" if unwritten else "",
+        ),
         lambda: _prepare_remedy_files(arguments, comparison),
     )
 
 
 def _print_result(applied: AppliedRemedy) -> None:
     """Print a result on the terminal while others are computed; the bar is drawn below."""
-    added = "" if applied.added_mass is None else f", {number_text(applied.added_mass)} kg"
+    added = "" if applied.added_mass is None else f", {applied.added_text}"
     print_on_terminal(f"{applied.short}: {applied.verdict}{added}")
 
 
@@ -142,9 +147,10 @@ def _prepare_remedy_files(arguments: argparse.Namespace, comparison: RemedyCompa
     from balance.masses.remedies.compare import remedy_files
 
     files = dict(result_files(arguments, comparison))
+    files["out"] = partial(remedy_files, comparison.results)
     if not any(applied.helps for applied in comparison.results):
-        del files["plot"]
-    return {**files, "out": partial(remedy_files, comparison.results)}
+        del files["plot"], files["out"]
+    return files
 
 
 def _request(

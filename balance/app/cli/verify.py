@@ -40,13 +40,14 @@ from balance.app.cli.several_models import (
     data_against,
     named_notices,
 )
+from balance.support.linkage_names import linkage_names
 from balance.support.units import UnitNumber, read_quantity
-from kinematics.errors import UsageError
+from kinematics.errors import LinkageError, UsageError
 
 if TYPE_CHECKING:
     from balance.motion.verification.holding_torques import HoldingTorques
     from balance.motion.verification.verification import Verification
-    from kinematics.model.linkage import Linkage
+    from kinematics.model.linkage import Linkage, Notice
 
 
 # What tolerances are given of, and the largest length, metres.
@@ -76,7 +77,9 @@ def add_verify(parser: Parser) -> None:
         "what is made how well, mass=2%%,length=0.1mm,com=1mm: worst case and spread",
     )
     check.add_argument(
-        "--against", metavar="MODEL", help="the linkage before, on the same motions"
+        "--against",
+        metavar="MODEL",
+        help="the linkage before, on the same motions, moments about its middle",
     )
     add_about(check, "the middle")
     check.add_argument(
@@ -132,7 +135,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             _code(results[0]),
             lambda: _data(results) | ({"holding": held[0].to_dict()} if held else {}),
             lambda: [*verification_body(results), *holding_body(held)],
-            [notice for result in results for notice in result.notices],
+            _notices(results),
             random_motions_remark(arguments, results[0].linkage),
             prepare_files,
         )
@@ -215,7 +218,7 @@ def _verify(
         motions = None
         if arguments.csv or arguments.tool_path:
             motions = motions_of(arguments, linkage)
-        verification = verify(linkage, motions=motions, **options)
+        verification = verify(linkage, motions=motions, **(options | _about(arguments)))
         told = notices_of(linkage, motions)
         return replace(verification, notices=(*verification.notices, *told))
 
@@ -231,6 +234,34 @@ def _verify(
             load_model(arguments, arguments.angles, model)
     first = solve_model(arguments, verify_first)
     return [first, *(solve_model(arguments, verify_other, model) for model in others)]
+
+
+def _about(arguments: argparse.Namespace) -> dict[str, object]:
+    """Choose the point of the moments: with ``--against``, the middle of the linkage before."""
+    if arguments.against is None or arguments.about is not None:
+        return {}
+    from balance.motion.verification.comparison import middle_of
+
+    try:
+        before = load_model(arguments, arguments.angles, arguments.against)
+    except LinkageError:
+        # It is told, with what the other reading of angles gives, where the file is verified.
+        return {}
+    return {"about": middle_of(before)}
+
+
+def _notices(results: Sequence[Verification]) -> list[Notice]:
+    """List the notices on a linkage, or on two, with the file of each."""
+    if len(results) == 1:
+        return list(results[0].notices)
+    names = linkage_names([each.linkage for each in results])
+    return [
+        notice
+        if notice.message.startswith(each.linkage.source)
+        else notice._replace(message=f"{name}: {notice.message}")
+        for name, each in zip(names, results, strict=True)
+        for notice in each.notices
+    ]
 
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:

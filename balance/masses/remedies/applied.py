@@ -81,7 +81,7 @@ class AppliedRemedy:
         if self.added_mass is None or self.inertia_ratio is None:
             return repr_lines(head, f"{self.verdict}: {self.reason}")
         costs = (
-            f"{number_text(self.added_mass)} kg added, input inertia × "
+            f"{number_text(self.added_mass_with_gears)} kg added, input inertia × "
             f"{number_text(self.inertia_ratio)}"
         )
         return repr_lines(head, f"{self.verdict}: {costs}")
@@ -96,6 +96,12 @@ class AppliedRemedy:
         """Added mass with that of gears, kg; 0 if nothing is built."""
         gears = 0.0 if self.built is None else self.built.gear_mass
         return (self.added_mass or 0.0) + gears
+
+    @property
+    def added_text(self) -> str:
+        """Added mass with that of gears, in words: ``33.62 kg with its gears``."""
+        gears = " with its gears" * (self.added_mass_with_gears > (self.added_mass or 0.0))
+        return f"{number_text(self.added_mass_with_gears, '.4g')} kg{gears}"
 
     @property
     def short(self) -> str:
@@ -210,13 +216,15 @@ def with_cost(
         steps = input_steps(request, linkage, relations)
     else:
         felt = {name: felt[name] for name in request.linkage.inputs}
+    built = as_built(request, linkage, steps, done.new_joints)
+    whole = f"{number_text(added + built.gear_mass, '.4g')} kg"
+    gears = " with its gears" * (built.gear_mass > 0.0)
     return replace(
         done,
         added_mass=added,
         mass_ratio=added / given,
         input_inertia=felt,
         inertia_ratio=inertia_ratio(request, felt),
-        built=as_built(request, linkage, steps, done.new_joints),
-        reason=done.reason
-        or f"balanced: {number_text(added)} kg added to {number_text(given)} kg",
+        built=built,
+        reason=done.reason or f"balanced: {whole}{gears} added to {number_text(given)} kg",
     )

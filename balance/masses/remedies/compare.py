@@ -118,22 +118,26 @@ class RemedyComparison(WithPage, WithPicture):
     def by_preference(self) -> tuple[AppliedRemedy, ...]:
         """All results, those first that one would build first.
 
-        What balances comes first, without loss of freedoms before with it, copies of the whole
-        linkage and a frame that turns after other parts, and the least mass, with gears, first;
-        then partial balance, both
-        again with more than `MOST_BUILT` times the given mass, what is undecided, what no
-        masses do, and what does not apply, in the order of the catalogue.
+        What balances comes first, without loss of freedoms before with it, a frame that turns
+        after other parts, and the least mass, with gears, first; then partial balance, copies
+        of the whole linkage that balance it, springs for a torque, all again
+        with more than `MOST_BUILT` times the given mass, what is undecided, what no masses do,
+        and what does not apply, in the order of the catalogue.
         """
         balanced = sorted(
-            self.balanced,
-            key=lambda applied: (applied.lost_freedoms, applied.remedy in (*COPIES, *TURNING)),
+            (each for each in self.balanced if each.remedy not in COPIES),
+            key=lambda applied: (applied.lost_freedoms, applied.remedy in TURNING),
         )
+        copies = [each for each in self.balanced if each.remedy in COPIES]
         partial, *rest = (
             [applied for applied in self.results if applied.verdict == verdict]
             for verdict in ("partial", "undecided", "infeasible", "refused")
         )
-        heavy = [each for each in (*balanced, *partial) if self.too_heavy(each)]
-        light = [each for each in (*balanced, *partial) if each not in heavy]
+        torque = [each for each in partial if each.remedy in TORQUE_ALONE]
+        partial = [each for each in partial if each not in torque]
+        helping = (*balanced, *partial, *copies, *torque)
+        heavy = [each for each in helping if self.too_heavy(each)]
+        light = [each for each in helping if each not in heavy]
         return (*light, *heavy, *chain.from_iterable(rest))
 
     @property
@@ -145,8 +149,7 @@ class RemedyComparison(WithPage, WithPicture):
         others = [each for each in self.balanced if each.remedy != first.remedy]
         lost = first.lost_freedoms
         freedoms = f"takes {count_noun(lost, 'freedom')}" if lost else "keeps all freedoms"
-        gears = " with its gears" * (first.added_mass_with_gears > (first.added_mass or 0.0))
-        mass = f"{number_text(first.added_mass_with_gears, '.4g')} kg{gears}"
+        mass = first.added_text
         if not others:
             return f"nothing else that was tried balances it; it {freedoms}, and adds {mass}"
         last = {*COPIES, *TURNING}
@@ -167,8 +170,8 @@ class RemedyComparison(WithPage, WithPicture):
         return "; ".join(words)
 
     def too_heavy(self, applied: AppliedRemedy) -> bool:
-        """Whether a remedy adds more than `MOST_BUILT` times the mass of the linkage."""
-        return (applied.added_mass or 0.0) > MOST_BUILT * self.request.given_mass
+        """Whether a remedy adds, with gears, over `MOST_BUILT` times the given mass."""
+        return applied.added_mass_with_gears > MOST_BUILT * self.request.given_mass
 
     @property
     def only_copies(self) -> bool:

@@ -14,6 +14,7 @@ from balance.support.result_files import WithPage, WithPicture
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, repr_lines
 
 
@@ -73,12 +74,13 @@ def verify_against(
 ) -> VerificationComparison:
     """Verify a linkage and another one along the same motions, as ``verify --against`` does.
 
-    Moments are about the same point, and a crank turns at the same speed. The other one gets
-    random motions of its own if its inputs have other names, or if it cannot follow.
+    Moments are about one point, the middle of the linkage before if ``about`` is not given, and
+    a crank turns at the same speed. The linkage before gets random motions of its own if its
+    inputs have other names, or if it cannot follow.
 
     Args:
         linkage: the linkage, its path or its name; or a verification of it, whose motions
-            count.
+            and point count.
         before: what it is compared with, likewise.
         options: keyword arguments of `balance.verify`, for a linkage.
 
@@ -100,10 +102,18 @@ def verify_against(
             raise UsageError("a verification has its motions: leave out the options")
         after = linkage
     else:
-        after = verify(linkage, **options)
+        if not isinstance(before, Verification):
+            before = as_linkage(before)
+        point = before.point if isinstance(before, Verification) else middle_of(before)
+        after = verify(linkage, **{"about": point, **options})
     if isinstance(before, Verification):
         return VerificationComparison(after, before)
     return VerificationComparison(after, _verify_likewise(after, as_linkage(before)))
+
+
+def middle_of(linkage: Linkage) -> Array:
+    """Return the middle of a linkage (3,) in the inertial frame, metres."""
+    return linkage.spatial_chain.frame.origin
 
 
 def _verify_likewise(first: Verification, linkage: Linkage) -> Verification:

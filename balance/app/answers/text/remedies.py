@@ -9,9 +9,9 @@ from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Fact
 from balance.app.answers.text.design import REDUCE
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.remedies.applied import AppliedRemedy
-from balance.masses.remedies.compare import TORQUE_ALONE, RemedyComparison
+from balance.masses.remedies.compare import COPIES, TORQUE_ALONE, RemedyComparison
 from kinematics.numerics.tolerances import POSE_DETERMINED
-from kinematics.wording import number_text, size_text
+from kinematics.wording import count_noun, number_text, size_text
 
 DIGITS = 4
 NONE = "-"
@@ -30,15 +30,15 @@ HEAD = (
     "links (+)",
     "joints (+)",
     "freedoms (+)",
-    "shaking (×)",
+    "shaking left",
 )
 # What the units of the head are.
 UNITS = (
-    "×: times that of the linkage in the file; +: more than there; gears: solid steel, at the "
-    "peaks of random motions of 1 s, and not in the written file; bearing load: the largest "
-    "force of a joint at these peaks; width: of a box about joints and masses; shaking: of the "
-    "bodies' own inertia, and of partial balance the rms over that of the file (of springs: of "
-    "the input torque)"
+    "×: times that of the linkage in the file; +: more than there; added: without gears; "
+    "gears: solid steel, at the peaks of random motions of 1 s, and not in the written file; "
+    "bearing load: the largest force of a joint at these peaks; width: of a box about joints "
+    "and masses; shaking left: where all is balanced, its part of the bodies' own inertia; "
+    "else the rms, times that of the file"
 )
 
 
@@ -64,14 +64,14 @@ def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[t
             f"gear {request.gear:g} (bounds: larger ones take no more mass)",
         ),
     ]
-    heavy = only_heavy(comparison)
-    if heavy:
-        pairs.append(("build first", _too_heavy_text(comparison)))
+    unbuilt = only_unbuilt(comparison)
+    if unbuilt:
+        pairs.append(("build first", _unbuilt_text(comparison)))
     elif comparison.balanced:
         first = comparison.by_preference[0]
         pairs.append(("build first", f"{first.short}: {first.words}; {first.reason}"))
         pairs.append(("because", comparison.why_first))
-    if heavy or comparison.only_copies:
+    if unbuilt or comparison.only_copies:
         words = [ONLY_COPIES] * comparison.only_copies
         words += ["--balance force: the forces alone"] * (request.balance == "dynamic")
         if words:
@@ -94,16 +94,33 @@ def _other_masses_text(comparison: RemedyComparison) -> str:
     return f"whether other masses of the links alone would balance it is {anew.words}"
 
 
-def only_heavy(comparison: RemedyComparison) -> bool:
-    """Whether remedies balance the linkage, and all of them are too heavy to be built."""
-    heavy = map(comparison.too_heavy, comparison.balanced)
-    return bool(comparison.balanced) and all(heavy)
+def only_unbuilt(comparison: RemedyComparison) -> bool:
+    """Whether remedies balance the linkage, and one would build none of them.
+
+    All of them are too heavy, or copies of the whole linkage where others shake less.
+    """
+    less = bool(_less_shaking(comparison))
+    return bool(comparison.balanced) and all(
+        comparison.too_heavy(each) or (less and each.remedy in COPIES)
+        for each in comparison.balanced
+    )
+
+
+def _less_shaking(comparison: RemedyComparison) -> list[AppliedRemedy]:
+    """List the results of partial balance of the force, or of both, that one can build."""
+    return [
+        each
+        for each in comparison.by_preference
+        if each.verdict == "partial"
+        and each.remedy not in TORQUE_ALONE
+        and not comparison.too_heavy(each)
+    ]
 
 
 def remedies_sentence(comparison: RemedyComparison) -> str:
     """Say in one sentence what to build, or that nothing balances the linkage."""
-    if only_heavy(comparison):
-        return f"Build {_too_heavy_text(comparison)}."
+    if only_unbuilt(comparison):
+        return f"Build {_unbuilt_text(comparison)}."
     if comparison.balanced:
         first = comparison.by_preference[0]
         return f"Build first: {first.short}, {first.words}; {first.reason}."
@@ -112,18 +129,42 @@ def remedies_sentence(comparison: RemedyComparison) -> str:
     return "None of these remedies balances the linkage."
 
 
-def _too_heavy_text(comparison: RemedyComparison) -> str:
-    """Say that what balances is too heavy to be built, and what shakes less for little."""
-    lightest = comparison.balanced[0]
-    ratio = (lightest.added_mass or 0.0) / comparison.request.given_mass
+def _unbuilt_text(comparison: RemedyComparison) -> str:
+    """Say why one builds nothing of what balances, and what one builds in practice."""
+    given = comparison.request.given_mass
+    light = [each for each in comparison.balanced if not comparison.too_heavy(each)]
+    each = (light or comparison.balanced)[0]
+    ratio = number_text(each.added_mass_with_gears / given, ".2g")
     text = (
-        f"none of those that balance: the lightest ({lightest.short}) adds "
-        f"{number_text(ratio, '.2g')} times the mass of the linkage"
+        f"none of those that balance: the lightest ({each.short}) adds {each.added_text}, "
+        f"{ratio} times the mass of the linkage"
     )
-    first = comparison.by_preference[0]
-    if first.verdict == "partial" and first.remedy not in TORQUE_ALONE:
-        text += f"; {first.short} shakes less: {first.words}"
-    return text
+    if each.remedy in COPIES:
+        text += (
+            f", {count_noun(len(each.new_links), 'link')} and "
+            f"{count_noun(len(each.new_joints), 'joint')}"
+        )
+        if each.built is not None and each.built.width_ratio is not None:
+            text += f", at {number_text(each.built.width_ratio, '.2g')} times the width"
+    ways = [
+        f"{way.short} ({way.added_text} added; shaking left: {_shaking_text(way)})"
+        for way in _less_shaking(comparison)
+    ]
+    return text + (f"; in practice one builds {' or '.join(ways)}" if ways else "")
+
+
+def _shaking_text(applied: AppliedRemedy) -> str:
+    """Say what shaking is left: a part of the inertia, or of what is in the file."""
+    if applied.residual is None:
+        return NONE
+    size = size_text(applied.residual, floor=POSE_DETERMINED)
+    if applied.verdict != "partial":
+        return size
+    if applied.remedy in TORQUE_ALONE:
+        return f"torque × {size}"
+    if "moment_after" in applied.details:
+        return f"force 0, moment × {size}"
+    return f"× {size}"
 
 
 def remedy_rows(comparison: RemedyComparison) -> list[tuple[str, ...]]:
@@ -170,9 +211,7 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
         )
     )
     counts = len(applied.new_links), len(applied.new_joints), -applied.lost_freedoms
-    shaking = (
-        NONE if applied.residual is None else size_text(applied.residual, floor=POSE_DETERMINED)
-    )
+    shaking = _shaking_text(applied)
     return (applied.short, applied.verdict, *numbers, *map(str, counts), shaking)
 
 

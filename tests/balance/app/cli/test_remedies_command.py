@@ -106,13 +106,15 @@ def test_the_page_draws_springs_and_frames(capsys, tmp_path):
 def test_the_picture_of_costs(tmp_path):
     """A mark for each remedy that helps, with its name; where none does, no file, and why."""
     path = tmp_path / "costs.svg"
-    assert main(["remedies", NO, "--only", "partial", "--plot", str(path)]) == 1
+    done = asked(["remedies", NO, "--only", "partial", "--plot", str(path)])
+    assert done.code == 1 and f"written: {path}\n" in done.err
     text = path.read_text("utf-8")
     assert "added mass, of that of the linkage" in text
     assert "less shaking for a budget" in text
     path.unlink()
     done = asked(["remedies", NO, "--only", "own_masses", "--plot", str(path)])
     assert done.code == 1 and f"not written, for no remedy helps: {path}" in done.err
+    assert "\nwritten: " not in done.err
     assert not path.exists()
 
 
@@ -203,7 +205,7 @@ def comparison_of(*results):
 
 
 def test_what_one_would_build_first_comes_first():
-    """Copies of the whole linkage come after other parts, however light they are."""
+    """Copies of the whole linkage come after other parts and partial balance, however light."""
     found = comparison_of(
         ("own_masses", "infeasible", None),
         ("separate_rotors", "feasible", 9.0),
@@ -215,8 +217,8 @@ def test_what_one_would_build_first_comes_first():
     assert [row[0] for row in remedy_rows(found)[1:]] == [
         "turning counterweights",
         "rotors against joints",
-        "mirrored copies",
         "less shaking for a budget",
+        "mirrored copies",
         "counterweights on the links",
     ]
     facts = dict(remedies_facts(found))
@@ -261,7 +263,7 @@ def test_what_is_too_heavy_is_not_built_first():
     found = comparison_of(("separate_rotors", "feasible", mass), ("partial", "partial", 1.0))
     assert [each.remedy for each in found.by_preference] == ["partial", "separate_rotors"]
     said = dict(remedies_facts(found, "balance reduce m --links a --budget 1"))
-    assert "adds 20 times the mass" in said["build first"]
+    assert "kg, 20 times the mass" in said["build first"]
     assert "less shaking for a budget" in said["build first"]
     assert said["reduce"] == "balance reduce m --links a --budget 1"
     assert remedies_sentence(found) == f"Build {said['build first']}."
@@ -293,6 +295,41 @@ def test_what_does_not_apply_has_a_line_for_each_reason():
     assert lines == [
         "not for this machine: a relation of inputs, a path of the slider, because why"
     ]
+
+
+def test_copies_are_not_headed_build_first_where_others_shake_less():
+    """The heading tells the whole mass, gears included, the size, and what one builds."""
+    found = comparison_of(
+        ("duplicates", "feasible", 3.0),
+        ("force_masses", "partial", 2.0),
+        ("partial", "partial", 1.0),
+        ("harmonic_springs", "partial", 0.0),
+    )
+    copies, force, part, springs = found.results
+    copies = replace(
+        copies, built=AsBuilt(10.0, 1.0, 4.0, 1.5, 3.2), new_links=("a", "b"), new_joints=("c",)
+    )
+    force = replace(force, residual=5.5, details={"moment_after": 11.0})
+    results = (copies, force, replace(part, residual=0.75), replace(springs, residual=0.25))
+    found = replace(found, results=results)
+    said = dict(remedies_facts(found))["build first"]
+    assert said.startswith("none of those that balance: the lightest (mirrored copies) adds ")
+    assert "7 kg with its gears" in said and "3 kg" not in said
+    assert "2 links and 1 joint, at 3.2 times the width; in practice one builds " in said
+    assert "(2 kg added; shaking left: force 0, moment × 5.5)" in said
+    assert "less shaking for a budget (1 kg added; shaking left: × 0.75)" in said
+    assert "spring" not in said and not found.why_first
+    assert [each.remedy for each in found.by_preference] == [
+        "force_masses",
+        "partial",
+        "duplicates",
+        "harmonic_springs",
+    ]
+    cells = [row[-1] for row in remedy_rows(found)[1:]]
+    assert cells == ["force 0, moment × 5.5", "× 0.75", "-", "torque × 0.25"]
+    alone = replace(found, results=(copies, results[3]))
+    assert dict(remedies_facts(alone))["build first"].startswith("mirrored copies: ")
+    assert "adds 7 kg with its gears" in alone.why_first
 
 
 def test_where_only_copies_help_one_sentence_says_so():

@@ -6,6 +6,7 @@ import json
 import re
 import sys
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -116,13 +117,30 @@ def test_two_linkages_stand_side_by_side(capsys):
     assert main(["verify", SHAKING, *FEW, "--against", "four_bar_antiparallelogram"]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert re.fullmatch(
-        r"Shaking force \d+ → \d+ N peak \(\d+ % less\), moment .* N m peak \(.* less\), "
+        r"Shaking force \d+ → \d+ N peak \(\d+ % less\), moment .* N m peak \(.* more\), "
         rf"from four_bar_antiparallelogram to {SHAKING}\.",
         lines[0],
     )
     assert re.match(rf"linkage +{SHAKING}, dynamic .*four_bar_antiparallelogram, ", lines[2])
-    assert lines[-2].split() == "verdict both: not balanced (tolerance 1.0e-09)".split()
-    assert re.match("note +both: the linkage is overconstrained", lines[-1])
+    assert lines[-3].split() == "verdict both: not balanced (tolerance 1.0e-09)".split()
+    assert re.match("note +both: the linkage is overconstrained", lines[-2])
+    assert re.match("note +the moment grows", lines[-1])
+
+
+def test_notices_on_two_linkages_name_the_file(tmp_path, capsys, caplog):
+    """Each file has its notice once, after its name."""
+    link = (
+        '<link name="bare"/><joint name="w" type="continuous"><parent link="base"/>'
+        '<child link="bare"/><axis xyz="0 0 1"/><mimic joint="u1"/></joint></robot>'
+    )
+    text = Path(kinematics.load(SHAKING).source).read_text("utf-8")
+    for name in ("after", "before"):
+        path = tmp_path / f"{name}.urdf"
+        path.write_text(text.replace("</robot>", link), encoding="utf-8")
+    pair = [str(tmp_path / "after.urdf"), "--against", str(tmp_path / "before.urdf")]
+    assert main(["verify", *pair, *FEW]) == 1
+    said = [line for line in caplog.messages if line.startswith("massless: ")]
+    assert [line.split(": ")[1] for line in said] == ["after.urdf", "before.urdf"]
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Moments are about one point, which is told: the middle of the first linkage, or --about."""
+"""Moments are about one point, which is told: a middle, or --about."""
 
 from __future__ import annotations
 
@@ -42,6 +42,18 @@ def test_a_far_disc_without_mass_does_not_change_the_ratio(with_far_wheel, capsy
     text = capsys.readouterr().out
     assert re.search(r"moment ([\d.]+) → \1 N m peak \(unchanged\)", text)
     assert "\nabout " in text
+
+
+def test_against_is_about_the_middle_of_the_linkage_before(with_far_wheel, capsys):
+    """The moment before is that of its own verification, however large the other one is."""
+    _, alone = run(capsys, MODEL, *FEW)
+    _, found = run(capsys, with_far_wheel, *FEW, "--against", MODEL)
+    assert found["about"] == found["against"]["about"] == alone["about"]
+    assert found["against"]["shaking"]["moment"] == pytest.approx(
+        alone["shaking"]["moment"], rel=1e-9
+    )
+    pair = balance.motion.verify_against(with_far_wheel, MODEL, trajectories=1)
+    assert pair.after.point.tolist() == pair.before.point.tolist() == alone["about"]
 
 
 def test_several_models_have_one_point(with_far_wheel, capsys):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from functools import partial
+from shlex import join
 from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Answer, Files
@@ -131,9 +132,32 @@ def _run(arguments: argparse.Namespace) -> Answer:
         join_remarks(
             describe_written(arguments, True, without=undrawn),
             f"not written, for no remedy helps: {unwritten}" if unwritten else "",
+            _describe_tables(arguments.out, comparison),
         ),
         lambda: _prepare_remedy_files(arguments, comparison),
     )
+
+
+def _describe_tables(folder: str | None, comparison: RemedyComparison) -> str:
+    """Say how to verify files whose added inputs follow a table of motion."""
+    from balance.masses.remedies.compare import name_files
+
+    if folder is None:
+        return ""
+    commands = [
+        join(
+            [
+                "balance",
+                "verify",
+                f"{folder}/{stem}.urdf",
+                "--csv",
+                f"{folder}/{stem}_motion.csv",
+            ]
+        )
+        for stem, applied in name_files(comparison.results)
+        if "motion.csv" in applied.files
+    ]
+    return f"balanced as their tables of motion move: {'; '.join(commands)}" if commands else ""
 
 
 def _print_result(applied: AppliedRemedy) -> None:

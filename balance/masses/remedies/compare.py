@@ -221,16 +221,20 @@ def remedy_files(results: Iterable[AppliedRemedy]) -> dict[str, bytes]:
         The contents by name.
     """
     contents: dict[str, bytes] = {}
-    counts: dict[str, int] = {}
-    for applied in results:
-        if not applied.helps:
-            continue
-        counts[applied.remedy] = count = counts.get(applied.remedy, 0) + 1
-        stem = applied.remedy if count == 1 else f"{applied.remedy}_{count}"
+    for stem, applied in name_files(results):
         if applied.urdf is not None:
             contents[f"{stem}.urdf"] = applied.urdf
         contents |= {f"{stem}_{name}": data for name, data in applied.files.items()}
     return contents
+
+
+def name_files(results: Iterable[AppliedRemedy]) -> Iterator[tuple[str, AppliedRemedy]]:
+    """Yield how the names of files of each result that helps begin, and the result."""
+    counts: dict[str, int] = {}
+    for applied in results:
+        if applied.helps:
+            counts[applied.remedy] = count = counts.get(applied.remedy, 0) + 1
+            yield applied.remedy if count == 1 else f"{applied.remedy}_{count}", applied
 
 
 def compare_remedies(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -181,6 +182,18 @@ def test_a_failed_page_leaves_no_folder(capsys, tmp_path):
     words = ["remedies", NO, "--only", "partial", "--out", str(out), "--html", str(page)]
     assert main(words) == 3
     assert "cannot be written" in capsys.readouterr().err and not out.exists()
+
+
+@pytest.mark.slow
+def test_files_of_balancers_are_verified_as_the_command_says(capsys, caplog, tmp_path):
+    """Inputs that a remedy adds follow its table; Pinocchio finds the machine balanced so."""
+    balancers = "active_wheel,passive_wheel,moving_mass,free_joint"
+    words = ["remedies", "slider_crank", "--only", balancers, "--out", str(tmp_path / "out")]
+    assert main(words) == 0
+    commands = re.findall(r"balance (verify [^;\n]+)", "\n".join(caplog.messages))
+    assert len(commands) == 4
+    for command in commands:
+        assert main([*shlex.split(command), "--json"]) == 0
 
 
 def test_a_linkage_without_masses_is_refused(capsys, tmp_path):

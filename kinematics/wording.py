@@ -10,9 +10,8 @@ from textwrap import shorten
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import NUMBER_DETERMINED, SIZE_DETERMINED, WRITTEN_AS_ZERO
 
 # Most names in a list.
@@ -169,7 +168,7 @@ def first_names(names: Sequence[str]) -> str:
     return ", ".join(names[:MAX_NAMES]) + (" …" if len(names) > MAX_NAMES else "")
 
 
-def without_round_off(values: Array, size: float) -> Array:
+def without_round_off(values: NDArray[np.float64], size: float) -> NDArray[np.float64]:
     """Return an array with zeros in place of numbers below `WRITTEN_AS_ZERO` of a size."""
     return np.where(np.abs(values) > WRITTEN_AS_ZERO * size, values, 0.0)
 

@@ -158,8 +158,7 @@ def counterweights(
             answer = decide_shaped(answer, stocks, choices)
     else:
         answer = decide(asked, body_regions, minimise, price_of_mass, moved)
-    given = regions or {}
-    chosen = tuple(name for name in answer.regions if name not in given)
+    chosen = tuple(name for name in answer.regions if name not in (regions or {}))
     answer = replace(answer, chosen=chosen, thickness=thickness)
     if motions is not None and answer.z is not None:
         return with_loads(answer, motions)

@@ -154,12 +154,14 @@ class Design(WithPage, WithPicture):
         """Homogeneous solid that has the inertia of each body; empty without a design.
 
         Lengths are in metres, in the frame of the link. Flat bodies whose density is limited
-        are plates, others are ellipsoids. None for a kept body that no body can be.
+        are plates, others ellipsoids. None without mass, and for a kept body that cannot be.
         """
         normal = self.space.axes[2]
-        solids = []
+        solids: list[Solid | None] = []
         for body, frame in zip(self.bodies, self.space.frames, strict=False):
-            assert body.link_com is not None and body.link_inertia is not None
+            if body.link_com is None or body.link_inertia is None:
+                solids.append(None)
+                continue
             flat = self.thickness is not None and body.name in self.density
             properties = MassProperties(body.mass, body.link_com, body.link_inertia)
             solids.append(solid_of(properties, frame[:3, :3].T @ normal if flat else None))

@@ -175,7 +175,7 @@ class ExcitingMotion(WithPage, WithPicture):
                 for name, a, b, c in zip(inputs, *peaks, strict=True)
             },
             "motion": input_path_data(*motion),
-            "warnings": [notice._asdict() for notice in self.notices],
+            "warnings": [notice.to_dict() for notice in self.notices],
         }
 
 

@@ -311,7 +311,7 @@ class Identification(WithPage, WithPicture):
             "z": self.z.tolist(),
             "shaking": {"file": self.before._asdict(), "identified": self.after._asdict()},
             "load_errors": {"force": self.load_errors[0], "moment": self.load_errors[1]},
-            "warnings": [notice._asdict() for notice in self.notices],
+            "warnings": [notice.to_dict() for notice in self.notices],
         }
 
 

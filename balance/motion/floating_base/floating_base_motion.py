@@ -260,7 +260,7 @@ class FloatingBaseMotion(WithPage, WithPicture):
             "drift": {"energy": self.energy_drift, "momentum": self.momentum_drift},
             "verdict": self.verdict,
             "remarks": list(self.remarks),
-            "warnings": [notice._asdict() for notice in self.notices],
+            "warnings": [notice.to_dict() for notice in self.notices],
         }
 
 

@@ -340,7 +340,7 @@ class QuietMotion(WithPage, WithPicture):
             "shortest": self.shortest,
             "front": [{"duration": at, "value": value} for at, value in self.front],
             "motion": input_path_data(*self.samples(101)),
-            "warnings": [notice._asdict() for notice in self.notices],
+            "warnings": [notice.to_dict() for notice in self.notices],
         }
 
 

@@ -123,7 +123,7 @@ def test_page_of_designs_has_the_loads_of_the_last(balanced):
     assert loads.before.force == pytest.approx(best.given.peak_force, rel=1e-9)
     assert loads.after.force == pytest.approx(best.shaking.peak_force, rel=1e-9)
     assert loads.after.drive_peaks == pytest.approx(best.shaking.torque, rel=1e-9)
-    assert f"{loads.after.force:.2g} N" in elements.text
+    assert f"{loads.after.force:.3g} N" in elements.text
 
 
 REGIONS = {

@@ -218,7 +218,7 @@ def _verify(
         motions = None
         if arguments.csv or arguments.tool_path:
             motions = motions_of(arguments, linkage)
-        verification = verify(linkage, motions=motions, **(options | _about(arguments)))
+        verification = verify(linkage, motions=motions, **(options | _choose_point(arguments)))
         told = notices_of(linkage, motions)
         return replace(verification, notices=(*verification.notices, *told))
 
@@ -236,7 +236,7 @@ def _verify(
     return [first, *(solve_model(arguments, verify_other, model) for model in others)]
 
 
-def _about(arguments: argparse.Namespace) -> dict[str, object]:
+def _choose_point(arguments: argparse.Namespace) -> dict[str, object]:
     """Choose the point of the moments: with ``--against``, the middle of the linkage before."""
     if arguments.against is None or arguments.about is not None:
         return {}
@@ -245,7 +245,7 @@ def _about(arguments: argparse.Namespace) -> dict[str, object]:
     try:
         before = load_model(arguments, arguments.angles, arguments.against)
     except LinkageError:
-        # It is told, with what the other reading of angles gives, where the file is verified.
+        # The verification of this file reports the error, with the other reading of angles.
         return {}
     return {"about": middle_of(before)}
 

@@ -163,7 +163,7 @@ def parallelepiped_platform_urdf(
             not positive, or out of bounds.
 
     Source:
-        Y. Wu, C. M. Gosselin, IEEE Trans. Robotics 21(5), 2005.
+        After Y. Wu, C. M. Gosselin, IEEE Trans. Robotics 21(5), 2005; the formulas are ours.
 
     Example:
         >>> from pathlib import Path

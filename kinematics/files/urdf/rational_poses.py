@@ -81,7 +81,7 @@ def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
     return tuple(zip(*columns, strict=True))
 
 
-def equal_sizes(positions: Sequence[float]) -> list[float]:
+def equate_sizes(positions: Sequence[float]) -> list[float]:
     """Make positions exactly equal or opposite that are so but for round-off.
 
     Relations such as those of a parallelogram then hold at the rational pose.

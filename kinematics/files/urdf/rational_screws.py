@@ -23,7 +23,7 @@ from kinematics.error_text import clean
 from kinematics.errors import ExactError
 from kinematics.files.urdf.closed_forms import NumberVector, NumberWord, read_closed_forms
 from kinematics.files.urdf.rational_joints import RationalJoints
-from kinematics.files.urdf.rational_poses import equal_sizes, move_screws
+from kinematics.files.urdf.rational_poses import equate_sizes, move_screws
 from kinematics.files.urdf.read_roots import FileRoots, has_many_digits, read_roots
 from kinematics.model.chain import extent
 from kinematics.model.full_turns import position_text
@@ -94,7 +94,7 @@ def exact_geometry(linkage: Linkage, roots: FileRoots | None = None) -> Geometry
     joints = [rational.joints.get(joint.name) for joint in linkage.joints]
     screws = tuple(joint[1] for joint in joints if joint)
     if linkage.displaced is not None and len(screws) == len(joints):
-        screws = move_screws(linkage.joints, screws, equal_sizes(linkage.displaced.tolist()))
+        screws = move_screws(linkage.joints, screws, equate_sizes(linkage.displaced.tolist()))
         rational.notices += _position_notices(linkage)
     if len(screws) < len(joints) or not _is_reference_pose(linkage, screws):
         raise ExactError(
@@ -246,7 +246,7 @@ def change_replaced_numbers(linkage: Linkage) -> tuple[Vector, ...]:
     sizes = [length if joint.kind == "prismatic" else Fraction(1) for joint in linkage.joints]
     moved = [
         float(rational.change_number(Fraction(q), size)) if q else 0.0
-        for q, size in zip(equal_sizes(positions.tolist()), sizes, strict=True)
+        for q, size in zip(equate_sizes(positions.tolist()), sizes, strict=True)
     ]
     return move_screws(linkage.joints, screws, moved)
 

@@ -270,6 +270,9 @@ CAP_EXCEEDED = 1e-8
 # Shaking that matter at a new point would save, relative to that of the file: less adds no
 # point. The lightest of the designs of the least shaking may shake by this part more.
 LEAST_SHAKING_GAP = 1e-7
+# The same for a part of a region with matter of limited density: masses of a flat minimum are
+# known to about the root of it.
+LEAST_SHAKING_GAP_FILLED = 1e-10
 # Distance of the shaking from its proved bound, relative to the shaking of the file, up to
 # which it counts as the least.
 SHAKING_GAP_PROVED = 1e-6

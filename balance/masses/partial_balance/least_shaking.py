@@ -63,6 +63,7 @@ from balance.support.clarabel_adapter import (
 from balance.support.tolerances import (
     CAP_EXCEEDED,
     LEAST_SHAKING_GAP,
+    LEAST_SHAKING_GAP_FILLED,
     MASS_GAP,
     PRICE_ZERO,
     SOLVER_RESIDUAL,
@@ -279,7 +280,7 @@ class _Work:
         shifts = self.taken.shifts(self.program.stocks, forms, price)
         self.forms = shifted(forms, shifts)
         size = float(self.program.matter.masses @ s) if lighter else self.scale
-        gap = MASS_GAP / self.unit if lighter else LEAST_SHAKING_GAP
+        gap = MASS_GAP / self.unit if lighter else LEAST_SHAKING_GAP_FILLED
         gain = float(self.taken.gains(forms, shifts, price).sum())
         gain += price * float(self.shares @ self.taken.masses)
         gain -= float(triangles(forms).reshape(-1) @ s)

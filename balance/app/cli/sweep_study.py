@@ -29,7 +29,7 @@ Tables = dict[str, dict[str, Any]]
 # Ending of the file of a study.
 STUDY_FILE = ".toml"
 # Options of a model that are keys of the table of a study, and their values without them.
-MODEL_KEYS = {
+MODEL_KEYS: dict[str, Any] = {
     "loops": None,
     "inputs": None,
     "fix_base": False,

@@ -7,6 +7,8 @@ from typing import NamedTuple
 from balance.studies.runs.column_ranges import column_ranges
 from balance.studies.runs.results_file import ResultsFile
 
+# Column of a sweep that says whether the loops of a row close; 0 if they do not.
+CLOSED = "closed"
 # Values that differ by less, relative to the best, are equally good.
 EQUAL = 1e-9
 
@@ -28,7 +30,10 @@ class BestRow(NamedTuple):
 def best_row(file: ResultsFile, name: str, largest: bool) -> BestRow:
     """Find the row with the least or largest value of a column of numbers.
 
+    Rows whose loops do not close are no linkages, and do not count.
+
     Args:
+        file: results of a sweep.
         name: the column.
         largest: whether the largest value is the best.
 
@@ -36,20 +41,17 @@ def best_row(file: ResultsFile, name: str, largest: bool) -> BestRow:
         UsageError: there is no such column of numbers.
     """
     extent = next(each for each in column_ranges(file) if each.column == file.column(name))
-    if extent.least is None or extent.most is None:
-        return BestRow(None, None, f"no row has a value of {name}")
     if extent.round_off:
         return BestRow(None, None, f"{name} is zero up to round-off in all rows")
-    best = extent.most if largest else extent.least
-    numbers = []
-    for rows in file.batches([name], name, largest):
-        equal = [row for row, value in rows if _is_equal(value, best)]
-        numbers += [min(equal, default=file.rows)]
-        if len(equal) < len(rows):
-            break
-    return BestRow(min(numbers), best)
-
-
-def _is_equal(value: float | None, best: float) -> bool:
-    """Whether a value is as good as the best one."""
-    return value is not None and abs(value - best) <= EQUAL * abs(best)
+    best: float | None = None
+    first = file.rows
+    for rows in file.batches([name, CLOSED], name, largest):
+        closed = [(row, value) for row, value, closed in rows if closed and value is not None]
+        for row, value in closed:
+            best = value if best is None else best
+            if abs(value - best) > EQUAL * abs(best):
+                return BestRow(first, best)
+            first = min(first, row)
+    if best is None:
+        return BestRow(None, None, f"no row whose loops close has a value of {name}")
+    return BestRow(first, best)

@@ -84,9 +84,13 @@ def add_study_options(parser: Parser) -> None:
         metavar="L1,L2",
         help="or what shakes least for --budget KG on these links",
     )
-    study.add_argument(
-        "--budget", type=_checked(positive_quantity("mass")), help=argparse.SUPPRESS
-    ).told_beside = True  # type: ignore[attr-defined]
+    budget = study.add_argument(
+        "--budget",
+        type=_checked(positive_quantity("mass")),
+        metavar="KG",
+        help="with --reduce: most mass to add",
+    )
+    budget.told_beside = True  # type: ignore[attr-defined]
     study.add_argument(
         "--speed",
         type=_crank_speed,

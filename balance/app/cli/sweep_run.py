@@ -43,6 +43,13 @@ logger = logging.getLogger(__name__)
 
 # Before a column of --best: its largest value is the best.
 LARGEST = "max:"
+# What to write in place of options of other commands.
+ELSEWHERE = {
+    "--links": "write --counterweights L1,L2, or --reduce L1,L2 --budget KG",
+    "--csv": "write --table FILE.csv",
+    "--row": "write --best COLUMN=FILE.urdf, or balance sweep export FILE.db --row N",
+    "--sort": "write --best COLUMN=FILE.urdf, or balance sweep show FILE.db --sort COLUMN",
+}
 
 
 class BestFile(str):
@@ -81,6 +88,7 @@ def add_run(kinds: Verbs) -> None:
         "--yes", action="store_true", help="allow more than 100 million geometries"
     )
     parser.set_defaults(run=_compute)
+    parser.elsewhere = ELSEWHERE
     parser.add_examples(
         "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10",
         "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10 \\\n"
@@ -262,7 +270,7 @@ def _best_file(text: str) -> BestFile:
     """
     name, _, path = text.rpartition("=")
     largest = name.startswith(LARGEST)
-    column = name.removeprefix(LARGEST).removeprefix("min:").strip()
+    column = name.removeprefix(LARGEST).strip()
     if not column or not path.lower().endswith(".urdf"):
         raise argparse.ArgumentTypeError(
             f"'{text}' is not COLUMN=FILE.urdf, such as added_mass=best.urdf"

@@ -198,7 +198,7 @@ class Sites(NamedTuple):
     def _why_not(self, path: str) -> str:
         """Explain why a path names nothing."""
         owners = list(dict.fromkeys(site.owner for site in self.sites))
-        name = next((x for x in [*owners, *self.links] if path.startswith(f"{x}.")), None)
+        name = next((x for x in [*owners, *self.links] if f"{path}.".startswith(f"{x}.")), None)
         if name is None:
             head, known = path.partition(".")[0], [*owners, *self.links]
             meant, choices = did_you_mean(head, known), closest_names(head, known)

@@ -74,7 +74,9 @@ def run_body(run: Data, lines: Sequence[str]) -> AnswerBody:
         if len(run["table"]) < run["results"]:
             body.append(f"… {run['results'] - len(run['table']):,} more rows")
     heads = ["Next: ", *["      "] * len(lines)]
-    return [*body, "", *(f"{head}{line}" for head, line in zip(heads, lines, strict=False))]
+    if lines:
+        body.append("")
+    return [*body, *(f"{head}{line}" for head, line in zip(heads, lines, strict=False))]
 
 
 def _progress_facts(run: Data) -> list[tuple[str, str]]:

@@ -203,6 +203,8 @@ MISTAKES = [
     ("sweep run", 2, r"required: MODEL\|STUDY.toml"),
     ("sweep run four_bar_kite", 2, "nothing varies: give --vary, such as coupler.length=.* m"),
     ("sweep run four_bar_kite --vary length=1:2:3", 3, "--vary length: names no joint, loop"),
+    ("sweep run four_bar_kite --vary crank=1:2:3", 3, "link 'crank' has the numbers length"),
+    ("sweep run four_bar_kite --links crank", 2, "--links crank .write --counterweights L1,L2"),
     ("sweep run four_bar_kite --vary coupler.length", 2, "is not PATH=RANGE, such as"),
     (
         "sweep run list.toml --vary a=1:2:3",

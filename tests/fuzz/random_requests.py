@@ -108,6 +108,9 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         return 0 if any(solution["paths"] for solution in solutions) else 1
     if verb == "quiet":
         return 1 if found["verdict"] == "infeasible" else 0
+    if verb == "sweep" and found["what"] == "run":
+        no_best = found["best"] is not None and found["best"]["row"] is None
+        return 1 if no_best or not found["answered"] else 0
     if verb in ("models", "flex", "sweep"):
         return 0
     if verb == "discover":

@@ -67,6 +67,12 @@ def sweep_words(rng: random.Random, folder: Path, odd: Sequence[str]) -> list[st
     run = ["run", str(study if rng.random() < 0.95 else folder), "--out", str(file)]
     run += ["--workers", rng.choice(("1", "1", "2", "0", "-1"))]
     run += ["--resume"] * (rng.random() < 0.5)
+    if rng.random() < 0.3:
+        run[1] = "four_bar_kite"
+        run += ["--vary", f"{path}={rng.choice((f'0.8:{end}:3', f'0.8,{end}', '', 'x'))}"]
+        best = rng.choice(("rank={0}/b.urdf", "max:kmax={0}/b.urdf", "ghost={0}/c", ""))
+        run += ["--best", best.format(folder)]
+        run += rng.choice(([], ["--counterweights", "crank"], ["--set", "run.chunk_rows=0"]))
     column = rng.choice(("rank", "row", "reason", path, "ghost", ""))
     show = ["show", str(rng.choice((file, study, folder)))]
     show += rng.choice(

@@ -23,12 +23,14 @@ NAMED_ALONE = "file and motion (see balance report --help)"
 # Groups of options, in the order of the help; before them, words without a group.
 GROUPS = (
     "model",
+    "study",
     NAMED_ALONE,
     "motion",
     "base",
     "matter",
     "formulas",
     "check",
+    "run",
     "output",
 )
 # Words of other programs for an option of ours.

@@ -105,8 +105,8 @@ COMMANDS = {
         "balance quiet robot.urdf --to u1=0.5 --duration 0.8 --csv quiet.csv",
     ),
     "sweep": Command(
-        "a study of many geometries, kept in a file",
-        "balance sweep run study.toml",
+        "one model in many geometries: what varies of it, and which one is the best",
+        "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10",
     ),
     "discover": Command(
         "a search for geometries that balance where others do not",

@@ -25,6 +25,7 @@ def add_model_options(
     unused: Collection[str] = (),
     explain: bool = False,
     motion_alone: bool = False,
+    named: tuple[str, str] = ("MODEL", "robot file, - for stdin, or name of a model"),
 ) -> None:
     """Add the options of a model, of its motion, and of output.
 
@@ -34,10 +35,9 @@ def add_model_options(
             command: it does not get them, and their values are the defaults.
         explain: whether its help explains how a file is read.
         motion_alone: whether its help has the names of inputs, poses and relations alone.
+        named: what stands for the model in the help, and what it may be.
     """
-    parser.group("model").add_argument(
-        "model", metavar="MODEL", help="robot file, - for stdin, or name of a model"
-    )
+    parser.group("model").add_argument("model", metavar=named[0], help=named[1])
     _add_reading_options(parser.group("model" if explain else NAMED_ALONE))
     _add_pose_options(parser.group(NAMED_ALONE if motion_alone else "motion"))
     _add_restrictions(parser, unused, motion_alone)

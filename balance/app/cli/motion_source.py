@@ -66,7 +66,7 @@ def add_other_motion(group: argparse._ActionsContainer) -> None:
 
 def add_speed(group: argparse._ActionsContainer, purpose: str) -> None:
     """Add the option ``--speed``."""
-    group.add_argument("--speed", type=_speed, metavar="[J=]300rpm", help=purpose)
+    group.add_argument("--speed", type=read_speed, metavar="[J=]300rpm", help=purpose)
 
 
 class ToolPath(str):
@@ -152,7 +152,7 @@ def _tool_path(text: str) -> ToolPath:
     return path
 
 
-def _speed(text: str) -> tuple[str | None, float]:
+def read_speed(text: str) -> tuple[str | None, float]:
     """Parse ``[J=]300rpm``: name of the crank or None, and its speed in rad/s."""
     name, equals, word = text.rpartition("=")
     if "," in text:

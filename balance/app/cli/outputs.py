@@ -24,6 +24,8 @@ OUTPUTS = {
     "plot": "--plot",
     "html": "--html",
     "table": "--table",
+    "best": "--best",
+    "write_study": "--write-study",
     "slot": "--slot",
     "parts": "--parts",
 }

@@ -20,9 +20,10 @@ SHEET_ROWS = 1_048_576
 def export_csv(
     file: ResultsFile, path: str, progress: Callable[[int, int], None] | None = None
 ) -> int:
-    """Write all results as CSV: a head with the names, then one line per row, in order.
+    """Write all results as CSV: a head with names and units, then one line per row, in order.
 
-    Numbers have as many digits as give them back exactly; a missing value is an empty cell.
+    The heads are those of `Column.heading`, such as ``coupler.length (m)``. Numbers have as
+    many digits as give them back exactly; a missing value is an empty cell.
     The same results give the same bytes.
 
     Args:
@@ -42,7 +43,7 @@ def export_csv(
 def export_workbook(
     file: ResultsFile, path: str, progress: Callable[[int, int], None] | None = None
 ) -> int:
-    """Write all results as a workbook of one sheet: the table of `export_csv`, with units.
+    """Write all results as a workbook of one sheet: the table of `export_csv`.
 
     Args:
         path: path of the ``.xlsx`` file.
@@ -63,26 +64,21 @@ def export_workbook(
             f"a sheet holds {SHEET_ROWS:,} rows, and these are {rows:,}: write a .csv instead"
         )
     table = io.BytesIO()
-    done = _write_csv(file, table, progress, units=True)
+    done = _write_csv(file, table, progress)
     with open_atomic(path) as raw:
         raw.write(workbook_of(table.getvalue(), "results"))
     return done
 
 
 def _write_csv(
-    file: ResultsFile,
-    raw: IO[bytes],
-    progress: Callable[[int, int], None] | None,
-    units: bool = False,
+    file: ResultsFile, raw: IO[bytes], progress: Callable[[int, int], None] | None
 ) -> int:
-    """Write all results as CSV to a stream, the head with units if asked; count the rows."""
-    names = [column.name for column in file.columns]
+    """Write all results as CSV to a stream; count the rows."""
     total, done = file.computed()[1], 0
     text = io.TextIOWrapper(raw, encoding="utf-8", newline="", write_through=True)
     writer = csv_writer(text)
-    heads = [column.heading for column in file.columns] if units else names
-    writer.writerow([ROW_NUMBER, *heads])
-    for rows in file.batches(names):
+    writer.writerow([ROW_NUMBER, *(column.heading for column in file.columns)])
+    for rows in file.batches([column.name for column in file.columns]):
         writer.writerows(rows)
         done += len(rows)
         if progress is not None:

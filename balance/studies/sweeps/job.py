@@ -20,8 +20,18 @@ from balance.studies.runs.chunk_job import Column, chunk_size
 from balance.studies.sweeps.closing import ClosedGeometries
 from balance.studies.sweeps.geometry import SweptGeometry
 from balance.studies.sweeps.plan import Plan
-from balance.studies.sweeps.quantities import RANK_DROP, full_options, quantity_columns
-from balance.studies.sweeps.row_quantities import AFTER, QUANTITIES, Quantity, masses_after
+from balance.studies.sweeps.quantities import (
+    RANK_DROP,
+    full_options,
+    masses_of_column,
+    quantity_columns,
+)
+from balance.studies.sweeps.row_quantities import (
+    QUANTITIES,
+    WITH_MASSES,
+    Quantity,
+    masses_after,
+)
 from balance.studies.sweeps.study_data import StudyData
 from balance.studies.sweeps.study_units import unit_of_path
 from kinematics.closure.joint_positions import with_bodies
@@ -115,7 +125,8 @@ class SweepJob:
 
         Args:
             row: its number, from 0.
-            added: the quantity whose matter its links have as well; empty for the masses given.
+            added: the quantity whose matter its links have as well, or ``"design"``, whose
+                masses they have instead; empty for the masses given.
 
         Raises:
             UsageError: there is no such row, its loops do not close, the study does not compute
@@ -126,29 +137,32 @@ class SweepJob:
         if not added:
             return geometry.linkage
         study = _plan_of(self.description).study
-        if added not in AFTER or added not in study.quantities:
+        if added not in WITH_MASSES or added not in study.quantities:
             raise UsageError(f"added='{added}' is no matter that the study adds: leave it out")
         z, words = masses_after(geometry, added, study.quantities[added])
         if z is None:
-            raise UsageError(f"row {row}: {added} add no matter: {words}")
+            raise UsageError(f"row {row}: no masses of {added}: {words}")
         return _with_masses(geometry.linkage, z)
 
-    def completed(self, row: int) -> tuple[Linkage, str]:
-        """Build the linkage of a row with the matter that the study adds, where there is any.
+    def completed(self, row: int, column: str = "") -> tuple[Linkage, str]:
+        """Build the linkage of a row with the masses that the study computes, if there are any.
 
         Args:
             row: its number, from 0.
+            column: a column that was computed with such masses: those are taken first.
 
         Returns:
-            The linkage; and the quantity that adds the matter, the first of several, or an
-            empty text if its masses are those given.
+            The linkage; and the quantity of its masses, the first of `WITH_MASSES`, or an
+            empty text if they are those given.
 
         Raises:
             LinkageError: as for `linkage`.
         """
         geometry = self._geometry(row)
         quantities = _plan_of(self.description).study.quantities
-        for verb in filter(quantities.__contains__, AFTER):
+        first = masses_of_column(quantities, geometry.linkage, column)
+        verbs = [verb for verb in WITH_MASSES if verb in quantities]
+        for verb in sorted(verbs, key=lambda verb: verb != first):
             z, _ = masses_after(geometry, verb, quantities[verb])
             if z is not None:
                 return _with_masses(geometry.linkage, z), verb

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinematics.error_text import closest_names
+from kinematics.error_text import closest_names, did_you_mean
 from kinematics.errors import UsageError
 from kinematics.files.urdf.loop_joints import unit_vector
 from kinematics.files.urdf.robot_tree import Inertial, describe_robot, pose_matrix
@@ -198,10 +198,11 @@ class Sites(NamedTuple):
     def _why_not(self, path: str) -> str:
         """Explain why a path names nothing."""
         owners = list(dict.fromkeys(site.owner for site in self.sites))
-        name = next((x for x in [*owners, *self.links] if path.startswith(f"{x}.")), None)
+        name = next((x for x in [*owners, *self.links] if f"{path}.".startswith(f"{x}.")), None)
         if name is None:
-            choices = closest_names(path.partition(".")[0], [*owners, *self.links])
-            return f"names no joint, loop or link; there are {choices}"
+            head, known = path.partition(".")[0], [*owners, *self.links]
+            meant, choices = did_you_mean(head, known), closest_names(head, known)
+            return f"names no joint, loop or link{meant}; there are {choices}"
         if name not in owners:
             more = ", mass, com.x|y|z, inertia.ixx|…, mass_per_length"
             more = more if name in self.inertials else ""

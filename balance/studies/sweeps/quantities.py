@@ -15,6 +15,8 @@ from balance.studies.sweeps.ranges import is_finite_number
 from balance.studies.sweeps.row_quantities import (
     NO_DENSITY,
     QUANTITIES,
+    REDUCE,
+    WITH_MASSES,
     added_before,
 )
 from balance.studies.sweeps.study_units import in_si
@@ -96,6 +98,21 @@ def read_quantities(table: Options, source: str) -> dict[str, Options]:
     return {name: _read_options(name, _given(name, table), source) for name in names}
 
 
+def share_motion(table: Options) -> Options:
+    """Give ``reduce`` the motion of ``shaking``, unless it has one of its own.
+
+    Args:
+        table: as for `read_quantities`.
+    """
+    reduction, shaking = table.get(REDUCE), table.get("shaking")
+    if not isinstance(reduction, Mapping) or not isinstance(shaking, Mapping):
+        return table
+    if "speed" in reduction or "poses" in reduction:
+        return table
+    motion = {name: shaking[name] for name in MOTION_OPTIONS if name in shaking}
+    return {**table, REDUCE: {**motion, **reduction}}
+
+
 def _given(name: str, table: Options) -> Any:
     """The options of a quantity.
 
@@ -159,6 +176,19 @@ def quantity_columns(quantities: Mapping[str, Options], linkage: Linkage) -> tup
     for name, options in quantities.items():
         columns += RANK if name == "rank" else QUANTITIES[name].columns(linkage, options)
     return columns
+
+
+def masses_of_column(quantities: Mapping[str, Options], linkage: Linkage, column: str) -> str:
+    """Name the quantity with whose masses a column was computed; empty for those given.
+
+    Args:
+        quantities: those of `read_quantities`.
+    """
+    for name, options in quantities.items():
+        columns = quantity_columns({name: options}, linkage)
+        if column in [each.name for each in columns]:
+            return name if name in WITH_MASSES else added_before(name)
+    return ""
 
 
 def _read_options(name: str, options: object, source: str) -> Options:

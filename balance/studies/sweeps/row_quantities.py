@@ -15,7 +15,7 @@ import numpy as np
 from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.volume.plates import density_limits
-from balance.masses.designs.best_design import design, maximise_margin
+from balance.masses.designs.best_design import Design, design, maximise_margin
 from balance.masses.designs.constraints import constraints_of
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.mass_regions import BALL_RADIUS
@@ -74,6 +74,7 @@ class Quantity(NamedTuple):
     ) = None
 
 
+DESIGN = "design"
 COUNTERWEIGHTS, REDUCE, MASSES = "counterweights", "reduce", "masses"
 """Entries that are added to options: those of what adds matter, and parameters of bodies."""
 NO_DENSITY = "none"
@@ -199,12 +200,17 @@ def _design_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
 
 def best_design(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
     """Compute the verdict on designs, the margin, and the objective if there is one."""
-    solve = design if "minimise" in options else maximise_margin
-    answer = solve(geometry.space, **_design_options(options))
+    answer = _design_of(geometry, options)
     if answer.z is None:
-        geometry.lacks["design"] = answer.words
+        geometry.lacks[DESIGN] = answer.words
     value = np.nan if answer.value is None else answer.value
     return (answer.verdict, answer.margin, value)[: 3 if "minimise" in options else 2]
+
+
+def _design_of(geometry: SweptGeometry, options: Options) -> Design:
+    """Compute the design with the least objective, or the largest margin without one."""
+    solve = design if "minimise" in options else maximise_margin
+    return solve(geometry.space, **_design_options(options))
 
 
 def _check_design_options(linkage: Linkage, options: Options) -> None:
@@ -382,7 +388,7 @@ QUANTITIES: dict[str, Quantity] = {
         ("density", "links", "minimise", "regions", "thickness"),
         _check_counterweights,
     ),
-    "design": Quantity(
+    DESIGN: Quantity(
         _design_columns,
         best_design,
         ("bounds", "density", "keep", "minimise", "thickness", "within"),
@@ -417,6 +423,8 @@ AFTER = {
     REDUCE: _Added(SweptGeometry.reduction, "reduced"),
 }
 """Quantities that add matter, by name."""
+WITH_MASSES = (*AFTER, DESIGN)
+"""Quantities that give a row other masses; the file of a row has those of the first."""
 QUANTITIES |= {
     f"{name} after {verb}": _after(QUANTITIES[name], verb)
     for verb in AFTER
@@ -433,10 +441,10 @@ MASS_QUANTITIES = (
 def masses_after(
     geometry: SweptGeometry, verb: str, options: Options
 ) -> tuple[Array | None, str]:
-    """Compute the parameters (bodies, 10) with the matter that a quantity adds.
+    """Compute the parameters (bodies, 10) of a design, or with the matter that is added.
 
     Args:
-        verb: the quantity, of `AFTER`.
+        verb: the quantity, of `WITH_MASSES`.
         options: its options.
 
     Returns:
@@ -444,8 +452,11 @@ def masses_after(
         in one line.
 
     Raises:
-        LinkageError: see `balance.counterweights` and `balance.partial`.
+        LinkageError: see `balance.counterweights`, `balance.partial` and `balance.design`.
     """
+    if verb == DESIGN:
+        designed = _design_of(geometry, options)
+        return designed.z, designed.words
     answer = AFTER[verb].answer(geometry, _arguments(options))
     return answer.z, answer.words
 

@@ -17,7 +17,7 @@ from typing import Any, Self
 import numpy as np
 
 from balance.studies.sweeps.constraints import read_constraints
-from balance.studies.sweeps.quantities import are_slow, read_quantities
+from balance.studies.sweeps.quantities import are_slow, read_quantities, share_motion
 from balance.studies.sweeps.ranges import (
     MOST_POINTS,
     SAMPLED,
@@ -129,7 +129,7 @@ class StudyData:
         samples, seed = _read_sampling(parts["sampling"], ranges, source)
         compute = dict(parts["compute"])
         balance, spatial = _read_balance(compute, source)
-        quantities = read_quantities(compute, source)
+        quantities = read_quantities(share_motion(compute), source)
         count = parts["run"].get(
             "chunk_rows", SLOW_ROWS if are_slow(quantities) else CHUNK_ROWS
         )

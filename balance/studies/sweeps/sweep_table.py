@@ -84,12 +84,12 @@ class SweepTable(WithPage):
         Args:
             row: its number, from 0.
             added: ``"counterweights"`` or ``"reduce"``, a quantity of the study: the matter
-                that it adds to the row is then in the masses of the links. Empty for the
-                given masses.
+                that it adds to the row is then in the masses of the links; or ``"design"``:
+                its masses are then those of the links. Empty for the given masses.
 
         Raises:
             UsageError: there is no such row, its loops do not close, the study does not compute
-                that quantity, or it finds no matter for the row.
+                that quantity, or it finds no masses for the row.
             LinkageError: no body has the masses of the row, or the linkage cannot move.
         """
         return self.job.linkage(row, added)

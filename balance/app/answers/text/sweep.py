@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
-from balance.studies.runs.chunk_runs import RunSummary
 from balance.studies.runs.column_ranges import column_ranges
 from balance.studies.runs.results_file import ResultsFile
 from kinematics.errors import UsageError
@@ -27,22 +26,7 @@ WIDEST = 40
 Data = dict[str, Any]
 
 
-def run_data(file: ResultsFile, summary: RunSummary) -> Data:
-    """Collect what a run has done."""
-    return {
-        "schema": SCHEMA,
-        "what": "run",
-        **_file_data(file),
-        "chunks": summary.chunks,
-        "computed": summary.rows,
-        "kept": summary.kept,
-        "seconds": summary.seconds,
-        "rate": summary.rate,
-        "lost_workers": summary.lost_workers,
-    }
-
-
-def _file_data(file: ResultsFile) -> Data:
+def file_data(file: ResultsFile) -> Data:
     """Collect the facts on a file that all answers have."""
     covered, results = file.computed()
     reasons = []
@@ -58,24 +42,6 @@ def _file_data(file: ResultsFile) -> Data:
         "results": results,
         "reasons": reasons,
     }
-
-
-def run_body(run: Data) -> AnswerBody:
-    """Build what is printed on a run.
-
-    Args:
-        run: from `run_data`.
-    """
-    rate = f"{run['seconds']:.1f} s, {run['rate']:,.0f} geometries a second"
-    pairs = [("computed", f"{run['computed']:,} geometries in {rate}")]
-    if not run["computed"]:
-        pairs = [("computed", "nothing was left to compute")]
-    if run["kept"]:
-        pairs.append(("kept", f"{run['kept']:,} geometries of an earlier run"))
-    if run["lost_workers"]:
-        again = f"{count_noun(run['lost_workers'], 'process')} ended, and others went on"
-        pairs.append(("workers", again))
-    return [Facts([*file_facts(run), *pairs])]
 
 
 def file_facts(data: Data) -> list[tuple[str, str]]:
@@ -102,12 +68,12 @@ def export_data(
         path: path of the file that was written.
         rows: its rows.
         row: number of the row that is written as a linkage.
-        added: the quantity whose matter that linkage has; empty for the masses given.
+        added: the quantity whose masses that linkage has; empty for those given.
     """
     return {
         "schema": SCHEMA,
         "what": "export",
-        **_file_data(file),
+        **file_data(file),
         "out": path,
         "lines": rows,
         "row": row,
@@ -124,10 +90,20 @@ def export_body(export: Data, units: Sequence[str | None]) -> AnswerBody:
     """
     what = count_noun(export["lines"], "row")
     if export["row"] is not None:
-        masses = f"and the matter of {export['added']}" if export["added"] else "alone"
-        what = f"row {export['row']} with the masses given {masses}"
+        what = f"row {export['row']} with {masses_text(export['added'])}"
     written = ("written", f"{export['out']}, {what}")
-    return [Facts([*file_facts(export), *_moment_facts(units), written])]
+    return [Facts([*file_facts(export), *moment_facts(units), written])]
+
+
+def masses_text(added: str | None) -> str:
+    """Say which masses the file of a row has.
+
+    Args:
+        added: the quantity of the study that gives them; None or empty for those given.
+    """
+    if added == "design":
+        return "the masses of its design"
+    return f"the masses given {f'and the matter of {added}' if added else 'alone'}"
 
 
 def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Data:
@@ -141,34 +117,74 @@ def show_data(file: ResultsFile, order: str, descending: bool, count: int) -> Da
     Raises:
         UsageError: there is no such column, or round-off decides it.
     """
-    table = file.read(order=order, descending=descending, limit=count)
-    round_off = {each.column.name for each in column_ranges(file) if each.round_off}
-    if order in round_off:
+    contents = contents_data(file, order, descending, count)
+    if any(column["name"] == order and column["round_off"] for column in contents["columns"]):
         raise UsageError(f"--sort {order}: it is round-off in all rows; sort by another column")
-    columns = [
-        {
-            "name": column.name,
-            "kind": column.kind,
-            "unit": column.unit or None,
-            **dict(zip(("least", "most", "missing"), file.extent(column.name), strict=True)),
-            "round_off": column.name in round_off,
-        }
-        for column in file.columns
-    ]
+    return {"schema": SCHEMA, "what": "show", **file_data(file), **contents}
+
+
+def contents_data(file: ResultsFile, order: str, descending: bool, count: int) -> Data:
+    """Collect the columns of a file, and its first rows.
+
+    Args:
+        order: column to sort by; empty for the order of the job.
+        descending: whether the largest comes first.
+        count: number of rows.
+
+    Raises:
+        UsageError: there is no such column.
+    """
+    table = file.read(order=order, descending=descending, limit=count)
+    ranges = {each.column.name: each for each in column_ranges(file)}
+    columns = []
+    for column in file.columns:
+        least, most, missing = file.extent(column.name)
+        known = ranges.get(column.name)
+        columns.append(
+            {
+                "name": column.name,
+                "kind": column.kind,
+                "unit": column.unit or None,
+                "least": least,
+                "most": most,
+                "missing": missing,
+                "round_off": known is not None and known.round_off,
+                "varies": least != most if known is None else known.varies,
+            }
+        )
     rows = [
         [_plain(value) for value in values]
         for values in zip(*(array.tolist() for array in table.values()), strict=True)
     ]
     return {
-        "schema": SCHEMA,
-        "what": "show",
-        **_file_data(file),
         "columns": columns,
         "sort": order or None,
         "descending": descending,
         "head": list(table),
         "table": rows,
     }
+
+
+def equal_order_text(contents: Data) -> str:
+    """Say that the column of the order is equal in all rows; empty if it is not.
+
+    Args:
+        contents: from `show_data`.
+    """
+    columns = [column for column in contents["columns"] if column["kind"] != "text"]
+    for column in columns:
+        equal = not column["varies"] and column["least"] is not None
+        if column["name"] == contents["sort"] and equal and contents["results"] > 1:
+            others = ", ".join(varying_numbers(columns))
+            what = f"--sort {column['name']}: {cell_text(column['least'])} in all rows"
+            return f"{what}; those that vary are {others}" if others else what
+    return ""
+
+
+def varying_numbers(columns: Sequence[Data]) -> list[str]:
+    """List the names of columns of numbers that tell rows apart."""
+    numbers = (column for column in columns if column["kind"] != "text")
+    return [column["name"] for column in numbers if column["varies"]]
 
 
 def _plain(value: Any) -> Any:
@@ -194,8 +210,8 @@ def show_body(contents: Data) -> AnswerBody:
     ]
     ranges.insert(0, ("column", "least", "most", "missing"))
     columns = contents["columns"]
-    moments = _moment_facts([column["unit"] for column in columns])
-    facts = Facts([*file_facts(contents), *moments, *_idle_columns(columns)])
+    moments = moment_facts([column["unit"] for column in columns])
+    facts = Facts([*file_facts(contents), *moments, *idle_columns(columns)])
     body: list[AnswerPart] = [facts, "", AnswerTable(ranges, "<>")]
     if contents["table"]:
         rows = [[cell_text(value) for value in row] for row in contents["table"]]
@@ -209,19 +225,20 @@ def show_body(contents: Data) -> AnswerBody:
     return body
 
 
-def _moment_facts(units: Sequence[str | None]) -> list[tuple[str, str]]:
+def moment_facts(units: Sequence[str | None]) -> list[tuple[str, str]]:
     """Say about which point the moments are, if a column has the unit of a moment."""
     return [("moments", MOMENT_POINT)] if "N m" in units else []
 
 
-def _idle_columns(columns: Sequence[Data]) -> list[tuple[str, str]]:
+def idle_columns(columns: Sequence[Data]) -> list[tuple[str, str]]:
     """Name columns of numbers that tell nothing: no row has a value, or all are round-off."""
     numbers = [column for column in columns if column["kind"] != "text"]
     groups = {
         "empty": [column["name"] for column in numbers if column["least"] is None],
-        "round-off": [column["name"] for column in numbers if column["round_off"]],
+        "zero": [column["name"] for column in numbers if column["round_off"]],
     }
-    return [(label, ", ".join(names)) for label, names in groups.items() if names]
+    ends = {"empty": "", "zero": ": no more than round-off in all rows"}
+    return [(name, f"{', '.join(g)}{ends[name]}") for name, g in groups.items() if g]
 
 
 def _headed(column: Mapping[str, Any]) -> str:

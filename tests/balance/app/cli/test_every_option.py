@@ -72,7 +72,7 @@ MODELS = ("five_bar", "four_bar_kite_balanced", "hprs", "bennett")
 # Models of options that few take: a crank that turns fully.
 TAKERS = {
     (verb, "--speed"): "four_bar_kite_balanced"
-    for verb in ("verify", "counterweights", "reduce")
+    for verb in ("verify", "counterweights", "reduce", "sweep run")
 }
 CASES = [(verb, name) for verb, parser in parsers().items() for name in options(parser)]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from shutil import copyfile
 
@@ -10,8 +9,6 @@ import pytest
 
 from balance.app.cli.arguments import GROUPS
 from balance.app.cli.main import COMMANDS, command_parser
-from balance.app.cli.sweep import STUDY
-from balance.studies import read_study
 from kinematics import gallery
 from tests.fuzz.request_words import parsers
 from tests.support.command_runs import asked
@@ -137,12 +134,3 @@ def test_usage_errors_are_two_lines(words, where):
 def test_old_words_are_gone(words, old):
     code, _, err = asked(words)
     assert code == 2 and f"unrecognized arguments: {old}" in err
-
-
-def test_the_study_in_the_help_of_sweep_is_one(tmp_path):
-    """Its tables and keys, each on a line of its own."""
-    _, _, written = STUDY.partition("lines: ")
-    text = re.sub(r", (?=\[[a-z]+\]|[a-z][a-z0-9.]* = )", "\n", written)
-    path = tmp_path / "study.toml"
-    path.write_text(text.replace("robot.urdf", "four_bar_general"))
-    assert read_study(path).rows == 7

@@ -97,7 +97,7 @@ def test_exports_hold_all_rows(study, tmp_path):
     assert found["lines"] == 5
     with open(tmp_path / "kite.csv", encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert [float(row["rocker.length"]) for row in rows] == list(LENGTHS)
+    assert [float(row["rocker.length (m)"]) for row in rows] == list(LENGTHS)
     assert [row["rank"] for row in rows] == ["8", "8", "7", "8", ""]
     pyarrow = pytest.importorskip("pyarrow.parquet")
     assert (

@@ -145,7 +145,8 @@ def test_csv_and_parquet_give_the_numbers_back(tmp_path):
         export_parquet(file, str(tmp_path / "a.parquet"))
     head, *rows = csv.reader(text.splitlines())
     parquet = pyarrow.read_table(tmp_path / "a.parquet")
-    assert head == parquet.column_names == ["row", "number", "Number", "words", 'odd "name"']
+    assert parquet.column_names == ["row", "number", "Number", "words", 'odd "name"']
+    assert head == ["row", "number", "Number (m)", "words", 'odd "name"']
     assert parquet.schema.field("Number").metadata == {b"unit": b"m"}
     columns = parquet.to_pydict()
     for n, row in enumerate(rows):

@@ -1,0 +1,146 @@
+"""Data and text of ``balance sweep run``: what was computed, and its best rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
+from balance.app.answers.text.sweep import (
+    REASON,
+    SCHEMA,
+    Data,
+    cell_text,
+    contents_data,
+    file_data,
+    file_facts,
+    idle_columns,
+    masses_text,
+    moment_facts,
+    varying_numbers,
+)
+from balance.studies.runs.chunk_runs import RunSummary
+from balance.studies.runs.results_file import ResultsFile
+from kinematics.wording import count_noun
+
+# Rows of the table: all of a file that has no more than these, or so many of the first.
+MOST_ROWS, FIRST_ROWS = 25, 10
+
+
+def run_data(file: ResultsFile, summary: RunSummary, best: Data | None) -> Data:
+    """Collect what a run has done, and the rows that it shows.
+
+    Args:
+        best: the best row; None if none was asked for. The rows are in its order.
+    """
+    facts = file_data(file)
+    order = best["column"] if best else ""
+    largest = best is not None and best["largest"]
+    count = facts["results"] if facts["results"] <= MOST_ROWS else FIRST_ROWS
+    return {
+        "schema": SCHEMA,
+        "what": "run",
+        **facts,
+        "answered": facts["results"] - sum(each["count"] for each in facts["reasons"]),
+        "chunks": summary.chunks,
+        "computed": summary.rows,
+        "kept": summary.kept,
+        "seconds": summary.seconds,
+        "rate": summary.rate,
+        "lost_workers": summary.lost_workers,
+        **contents_data(file, order, largest, count),
+        "best": best,
+    }
+
+
+def run_body(run: Data, lines: Sequence[str]) -> AnswerBody:
+    """Build what is printed on a run: facts, the rows, and commands that lead on.
+
+    Args:
+        run: from `run_data`.
+        lines: the commands.
+    """
+    units = [column["unit"] for column in run["columns"]]
+    facts = [*file_facts(run), *_progress_facts(run), *moment_facts(units)]
+    equal = [_equal_text(column) for column in run["columns"] if _is_equal(column)]
+    if equal and run["results"] > 1:
+        facts.append(("in all rows", ", ".join(equal)))
+    facts += [*idle_columns(run["columns"]), *_best_facts(run)]
+    body: list[AnswerPart] = [Facts(facts)]
+    if not run["answered"]:
+        body[:0] = [_no_answer_text(run), ""]
+    if run["table"]:
+        shown = [column for column in run["columns"] if _is_shown(column, run["results"])]
+        body += ["", _table(run, shown)]
+        if len(run["table"]) < run["results"]:
+            body.append(f"… {run['results'] - len(run['table']):,} more rows")
+    heads = ["Next: ", *["      "] * len(lines)]
+    if lines:
+        body.append("")
+    return [*body, *(f"{head}{line}" for head, line in zip(heads, lines, strict=False))]
+
+
+def _progress_facts(run: Data) -> list[tuple[str, str]]:
+    """Say what was computed, and what was there before."""
+    rate = f"{run['seconds']:.1f} s, {run['rate']:,.0f} geometries a second"
+    pairs = [("computed", f"{run['computed']:,} geometries in {rate}")]
+    if not run["computed"]:
+        pairs = [("computed", "nothing was left to compute")]
+    if run["kept"]:
+        pairs.append(("kept", f"{run['kept']:,} geometries of an earlier run"))
+    if run["lost_workers"]:
+        again = f"{count_noun(run['lost_workers'], 'process')} ended, and others went on"
+        pairs.append(("workers", again))
+    return pairs
+
+
+def _is_equal(column: Data) -> bool:
+    """Whether all rows have one value of a column."""
+    told = column["least"] is not None and column["name"] != REASON
+    return told and not (column["missing"] or column["varies"] or column["round_off"])
+
+
+def _equal_text(column: Data) -> str:
+    """Name a column and its only value."""
+    unit = f" {column['unit']}" if column["unit"] else ""
+    return f"{column['name']} {cell_text(column['least'])}{unit}"
+
+
+def _is_shown(column: Data, rows: int) -> bool:
+    """Whether the table has a column: one that tells rows apart, or any of a single row."""
+    told = column["least"] is not None and not column["round_off"]
+    return told and (column["varies"] or rows == 1 or column["missing"] > 0)
+
+
+def _table(run: Data, shown: Sequence[Data]) -> AnswerTable:
+    """Build the table of rows, with a line of units."""
+    places = [0, *(run["head"].index(column["name"]) for column in shown)]
+    rows = [[cell_text(row[k]) for k in places] for row in run["table"]]
+    units = ["", *(column["unit"] or "" for column in shown)]
+    head = [run["head"][k] for k in places]
+    return AnswerTable([head, *([units] if any(units) else []), *rows], "<>")
+
+
+def _best_facts(run: Data) -> list[tuple[str, str]]:
+    """Say which row is the best, and what its file has, or why there is none."""
+    best = run["best"]
+    if best is None:
+        return []
+    if best["row"] is None:
+        others = ", ".join(varying_numbers(run["columns"]))
+        remedy = f"; --best takes one that varies: {others}" if others else ""
+        return [("best", f"none: {best['why_none']}{remedy}")]
+    which = "largest" if best["largest"] else "least"
+    row = f"row {best['row']}, {which} {best['column']} {cell_text(best['value'])}"
+    if run["results"] > 1 and best["column"] not in varying_numbers(run["columns"]):
+        row += ", as all rows"
+    return [("best", f"{row}: {best['file']}, with {masses_text(best['added'])}")]
+
+
+def _no_answer_text(run: Data) -> str:
+    """Say that no row has all answers, and what helps."""
+    words = str(run["reasons"][0]["reason"]) if run["reasons"] else ""
+    if not any(column["name"] == "closed" and column["most"] for column in run["columns"]):
+        return "No geometry closes its loops: vary less, or about the lengths of the model."
+    dynamic = words.startswith(("counterweights: ", "design: ")) and "moment" in words
+    remedy = " --balance force asks for the shaking force alone." if dynamic else ""
+    return f"No row has all answers: {words}.{remedy}"

@@ -1,0 +1,280 @@
+"""The command ``balance sweep run``: a study of a file, or of a model and options.
+
+Options of a model become the tables of a study, see `balance.app.cli.sweep_study`: both are
+computed by the same code.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import shlex
+from collections.abc import Callable, Mapping
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from balance.app.answers.answer import Answer
+from balance.app.cli.arguments import Parser, Verbs
+from balance.app.cli.exit_codes import DONE, NEGATIVE
+from balance.app.cli.model_options import add_model_options
+from balance.app.cli.number_arguments import add_workers
+from balance.app.cli.outputs import add_table_option, describe_written
+from balance.app.cli.progress import progress_bar
+from balance.app.cli.sweep_export import export_table, row_file
+from balance.app.cli.sweep_study import (
+    add_study_options,
+    check_study_options,
+    is_study,
+    job_of_options,
+    study_of_options,
+)
+from kinematics.error_text import clean, did_you_mean
+from kinematics.errors import FileError, UsageError, WorkerError
+
+if TYPE_CHECKING:
+    from balance.app.answers.text.sweep import Data
+    from balance.studies.runs.chunk_runs import RunSummary
+    from balance.studies.runs.results_file import ResultsFile
+    from balance.studies.sweeps.job import SweepJob
+
+logger = logging.getLogger(__name__)
+
+# Before a column of --best: its largest value is the best.
+LARGEST = "max:"
+# What to write in place of options of other commands.
+ELSEWHERE = {
+    "--links": "write --counterweights L1,L2, or --reduce L1,L2 --budget KG",
+    "--csv": "write --table FILE.csv",
+    "--row": "write --best COLUMN=FILE.urdf, or balance sweep export FILE.db --row N",
+    "--sort": "write --best COLUMN=FILE.urdf, or balance sweep show FILE.db --sort COLUMN",
+}
+
+
+class BestFile(str):
+    """The path of the file of the best row.
+
+    Attributes:
+        column: column that says which row is the best.
+        largest: whether its largest value is.
+    """
+
+    column: str
+    largest: bool
+
+
+def add_run(kinds: Verbs) -> None:
+    """Add ``sweep run`` to the parser of ``sweep``."""
+    parser = kinds.add_parser(
+        "run",
+        help="compute a model with --vary, or a study",
+        description="Computes a model in many geometries into one file, which keeps what is "
+        "done however the run ends. Exits with 1 if no row has all answers, or none is best.",
+    )
+    named = "MODEL|STUDY.toml", "robot file or name of a model; or a study"
+    add_model_options(parser, ("--motion",), motion_alone=True, named=named)
+    add_study_options(parser)
+    _add_outputs(parser)
+    run = parser.group("run")
+    run.add_argument(
+        "--resume", action="store_true", help="go on with the file of --out, or begin it"
+    )
+    add_workers(run, keeps_results=True)
+    run.add_argument(
+        "--dask", metavar="ADDRESS", help="on the Dask cluster tcp://host:8786, or 'local'"
+    )
+    run.add_argument(
+        "--yes", action="store_true", help="allow more than 100 million geometries"
+    )
+    parser.set_defaults(run=_compute)
+    parser.elsewhere = ELSEWHERE
+    parser.add_examples(
+        "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10",
+        "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10 \\\n"
+        "    --counterweights crank,rocker --balance force --speed 300rpm \\\n"
+        "    --table sweep.xlsx --best rms_moment_after=best.urdf",
+        "balance sweep run study.toml --out study.db --resume",
+    )
+
+
+def _add_outputs(parser: Parser) -> None:
+    """Add the options for files."""
+    output = parser.group("output")
+    add_table_option(output, "write all rows")
+    output.add_argument(
+        "--best",
+        type=_best_file,
+        metavar="COLUMN=FILE.urdf",
+        help="write the row of least COLUMN (max:COLUMN: largest)",
+    )
+    output.add_argument("--out", metavar="FILE.db", help="the results (default: MODEL.db)")
+    output.add_argument(
+        "--write-study", metavar="FILE.toml", help="write the options as a study to edit"
+    )
+
+
+def _compute(arguments: argparse.Namespace) -> Answer:
+    """Compute the study of the options, and make what it is to write.
+
+    Raises:
+        LinkageError: the study, its model or the file cannot be used, or workers fail.
+    """
+    if arguments.dask not in (None, "local") and arguments.workers is not None:
+        arguments.refuse("--workers: only on this machine; a cluster has its own")
+    check_study_options(arguments)
+    job = job_of_options(arguments)
+    if arguments.best is not None:
+        _check_column(job, arguments.best.column)
+    from balance.app.answers.text.sweep_run import run_body, run_data
+
+    files: dict[str, Callable[[], str | bytes]] = {}
+    with _open_results(arguments, job) as file:
+        summary = _compute_chunks(arguments, job, file)
+        best, content = _best_of(arguments, file)
+        data = run_data(file, summary, best)
+        if arguments.table is not None:
+            with progress_bar("rows", True) as advance:
+                export_table(file, arguments.table, advance)
+    if arguments.write_study is not None:
+        files["write_study"] = lambda: study_of_options(arguments)
+    no_best = best is not None and best["row"] is None
+    if best is not None and not no_best:
+        files["best"] = lambda: content
+    lines = _next_lines(arguments, data)
+    return Answer(
+        NEGATIVE if no_best or not data["answered"] else DONE,
+        lambda: data,
+        lambda: run_body(data, lines),
+        remark=describe_written(arguments, True, without=("out", *["best"] * no_best)),
+        files=lambda: files,
+    )
+
+
+def _best_of(arguments: argparse.Namespace, file: ResultsFile) -> tuple[Data | None, bytes]:
+    """Find the row of ``--best``, and make its file.
+
+    Returns:
+        What `run_data` takes, None if no best row is asked for; and the file.
+    """
+    if arguments.best is None:
+        return None, b""
+    from balance.studies.runs.best_row import best_row
+
+    column, largest = arguments.best.column, arguments.best.largest
+    best = best_row(file, column, largest)
+    content, added = (b"", "") if best.row is None else row_file(file, best.row, column)
+    data = {"column": column, "largest": largest, **best._asdict(), "added": added or None}
+    return {**data, "file": None if best.row is None else str(arguments.best)}, content
+
+
+def _compute_chunks(
+    arguments: argparse.Namespace, job: SweepJob, file: ResultsFile
+) -> RunSummary:
+    """Compute the chunks that the file lacks; say what it keeps if that fails."""
+    from balance.studies.runs.chunk_runs import run_chunks
+
+    try:
+        with progress_bar("geometries", True) as advance:
+            return run_chunks(
+                job, file, workers=arguments.workers, dask=arguments.dask, progress=advance
+            )
+    except KeyboardInterrupt:
+        logger.warning(_kept_text(file))
+        raise
+    except WorkerError as error:
+        error.add_note(_kept_text(file))
+        raise
+
+
+def _kept_text(file: ResultsFile) -> str:
+    """Say what a file keeps of a run that did not end."""
+    rows = file.computed()[0]
+    return f"{file.path} keeps {rows} of {file.rows} geometries; --resume goes on from there"
+
+
+def _open_results(arguments: argparse.Namespace, job: SweepJob) -> ResultsFile:
+    """Open the file of the results to write it.
+
+    Without ``--out``, that of a study has its name, and that of a model the first one of
+    ``MODEL.db``, ``MODEL-2.db`` … that is new or has results of the same request.
+
+    Raises:
+        FileError: it exists, cannot be written, or is being written.
+    """
+    from balance.studies.runs.results_file import ResultsFile
+
+    model = Path(arguments.model)
+    if arguments.out is not None or is_study(arguments):
+        path = arguments.out or str(model.with_suffix(".db"))
+        return (ResultsFile.resume if arguments.resume else ResultsFile.create)(path, job)
+    names = (f"{model.stem}{f'-{k}' if k > 1 else ''}.db" for k in count(1))
+    return ResultsFile.resume(next(path for path in names if _may_hold(path, job)), job)
+
+
+def _may_hold(path: str, job: SweepJob) -> bool:
+    """Whether a path is free, or is that of results of the same job."""
+    from balance.studies.runs.results_file import ResultsFile
+
+    if not os.path.lexists(path):
+        return True
+    try:
+        with ResultsFile.open(path) as file:
+            return file.about["digest"] == job.digest
+    except FileError:
+        return False
+
+
+def _check_column(job: SweepJob, name: str) -> None:
+    """Refuse a column of ``--best`` that there is not, or that has no numbers.
+
+    Raises:
+        UsageError: it is none.
+    """
+    numbers = [column.name for column in job.columns if column.kind != "text"]
+    if name not in numbers:
+        meant = did_you_mean(name, numbers)
+        raise UsageError(
+            f"--best {clean(name)}: no column of numbers has this name{meant}; there are "
+            f"{', '.join(numbers)}"
+        )
+
+
+def _next_lines(arguments: argparse.Namespace, data: Mapping[str, Any]) -> list[str]:
+    """List commands that lead on from the results.
+
+    Args:
+        data: from `balance.app.answers.text.sweep_run.run_data`.
+    """
+    path, best = shlex.quote(data["file"]), data["best"]
+    lines = []
+    if best is not None and best["row"] is not None:
+        crank, speed = arguments.speed or ("", "")
+        turn = f" --speed {f'{crank}=' if crank else ''}{speed} --about 0,0,0" * bool(speed)
+        lines.append(f"balance verify {shlex.quote(best['file'])}{turn}")
+    elif data["answered"]:
+        lines.append(f"balance sweep export {path} --row 0 --out row.urdf")
+    page = shlex.quote(str(Path(data["file"]).with_suffix(".html")))
+    if any(column["name"] == "closed" and column["most"] for column in data["columns"]):
+        lines.append(f"balance sweep show {path} --html {page}")
+    if not is_study(arguments) and arguments.write_study is None:
+        lines.append("the same command with --write-study study.toml, a file to edit")
+    return lines
+
+
+def _best_file(text: str) -> BestFile:
+    """Parse ``COLUMN=FILE.urdf`` or ``max:COLUMN=FILE.urdf``.
+
+    Raises:
+        ArgumentTypeError: it is neither.
+    """
+    name, _, path = text.rpartition("=")
+    largest = name.startswith(LARGEST)
+    column = name.removeprefix(LARGEST).strip()
+    if not column or not path.lower().endswith(".urdf"):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not COLUMN=FILE.urdf, such as added_mass=best.urdf"
+        )
+    file = BestFile(path)
+    file.column, file.largest = column, largest
+    return file

@@ -1,0 +1,242 @@
+"""``balance sweep run MODEL --vary …``: the study of its options, the best row, refusals."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import tomllib
+
+import numpy as np
+import pytest
+
+import balance
+from balance.motion.verification.crank_revolution import revolve_crank
+from balance.motion.verification.shaking_wrench import mass_parameters
+from balance.motion.verification.verify_motions import PinocchioModel
+from balance.studies.runs.best_row import best_row
+from balance.studies.runs.chunk_job import Column
+from balance.studies.runs.results_file import ResultsFile
+from balance.studies.sweeps.job import SweepJob
+from balance.studies.sweeps.study_text import study_text
+from tests.fuzz.random_requests import asked, strict, validator
+
+pytestmark = pytest.mark.lanes
+
+STUDY = """
+[model]
+file = "four_bar_general"
+[parameters]
+"coupler.length" = "0.8:1.2:3"
+"crank.mass" = ["400g", "600g"]
+[compute]
+quantities = ["counterweights", "input_inertia", "shaking", "shaking after counterweights"]
+balance = "force"
+[compute.counterweights]
+links = ["crank", "rocker"]
+density = "none"
+[compute.shaking]
+speed = "300rpm"
+"""
+OPTIONS = (
+    *(
+        "four_bar_general",
+        "--vary",
+        "coupler.length=0.8:1.2:3",
+        "--vary",
+        "crank.mass=400g,600g",
+    ),
+    *("--counterweights", "crank,rocker", "--balance", "force", "--speed", "300rpm"),
+    *("--set", "compute.counterweights.density=none", "--compute", "input_inertia"),
+)
+BESIDE = ("--workers", "0")
+
+
+def ran(words, code=0):
+    """What ``sweep run`` prints as JSON, valid by the schema."""
+    done = asked(["sweep", "run", *map(str, words), *BESIDE, "--json"])
+    assert done.code == code, done.err
+    answer = strict(done.out)
+    validator("sweep").validate(answer)
+    return answer
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder in which commands run."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_options_are_the_study_of_a_file(folder):
+    """All rows are the same, byte for byte; so are those of the study that is written."""
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    ran(["study.toml", "--table", "file.csv"])
+    (folder / "sub").mkdir()
+    ran([*OPTIONS, "--table", "options.csv", "--write-study", "sub/again.toml"])
+    ran(["sub/again.toml", "--table", "again.csv"])
+    text = (folder / "file.csv").read_bytes()
+    assert text.count(b"\n") == 7 and text.startswith(b"row,coupler.length (m),crank.mass (kg)")
+    assert text == (folder / "options.csv").read_bytes() == (folder / "again.csv").read_bytes()
+
+
+@pytest.mark.slow
+def test_the_best_row_is_a_file_that_shakes_so(folder):
+    """By Pinocchio, its moment has the peak of its column, the least of the table."""
+    answer = ran([*OPTIONS, "--table", "rows.csv", "--best", "peak_moment_after=best.urdf"])
+    with open("rows.csv", encoding="utf-8") as text:
+        rows = list(csv.DictReader(text))
+    peaks = [float(row["peak_moment_after (N m)"]) for row in rows]
+    best = answer["best"]
+    assert best["row"] == np.argmin(peaks) and best["value"] == min(peaks)
+    assert answer["table"][0][0] == best["row"] and best["added"] == "counterweights"
+    linkage = balance.load("best.urdf")
+    way, _ = revolve_crank(linkage, 10.0 * np.pi, steps=720)
+    wrench = PinocchioModel(linkage, mass_parameters(linkage)).reactions(way)
+    moment, force = (np.linalg.norm(w, axis=1).max() for w in (wrench[:, :3], wrench[:, 3:]))
+    assert moment == pytest.approx(best["value"], rel=1e-4)
+    assert force < 1e-9 * float(rows[0]["peak_force (N)"])
+
+
+@pytest.mark.slow
+def test_what_is_zero_everywhere_has_no_best_row(folder):
+    words = ["sweep", "run", *OPTIONS, "--best", "rms_force_after=best.urdf", *BESIDE]
+    done = asked(words)
+    assert done.code == 1 and not (folder / "best.urdf").exists()
+    assert "none: rms_force_after is zero up to round-off in all rows; --best takes" in done.out
+    assert "in all rows  closed 1, counterweights feasible" in done.out
+    head, units = done.out.partition("\nrow ")[2].splitlines()[:2]
+    assert "rms_moment_after" in head and "peak_force_after" not in head
+    assert units.split()[:2] == ["m", "kg"]
+    # The same request again, for another column, computes nothing.
+    again = ran([*OPTIONS, "--best", "max:added_mass=best.urdf"])
+    assert (again["computed"], again["kept"]) == (0, 6) and again["best"]["largest"]
+    added = again["head"].index("added_mass")
+    assert again["best"]["value"] == max(row[added] for row in again["table"])
+
+
+@pytest.mark.slow
+def test_reduce_moves_as_shaking_does(folder):
+    """The share of the objective that it leaves is that of the root mean squares of both."""
+    words = ["four_bar_general", "--vary", "coupler.length=0.9", "--balance", "force"]
+    words += ["--speed", "300rpm", "--reduce", "crank,rocker", "--budget", "500g"]
+    answer = ran([*words, "--best", "rms_force_reduced=best.urdf"])
+    row = dict(zip(answer["head"], answer["table"][0], strict=True))
+    share = row["rms_force_reduced"] / row["rms_force"]
+    assert share == pytest.approx(row["share_left"], rel=1e-4) and share < 0.9
+    force = balance.verify("best.urdf", speed="300rpm").force
+    assert force == pytest.approx(row["peak_force_reduced"], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_the_file_of_a_design_has_its_masses(folder):
+    words = ["four_bar_kite", "--vary", "crank.length=0.45,0.5", "--vary", "coupler.length=0.5"]
+    words += ["--compute", "design", "--set", "compute.design.minimise=mass"]
+    best = ran([*words, "--best", "least_mass=best.urdf"])["best"]
+    assert (best["row"], best["added"]) == (1, "design")
+    linkage = balance.load("best.urdf")
+    assert balance.verify("best.urdf").balanced
+    total = sum(body.inertia[0] for body in linkage.bodies)
+    assert total == pytest.approx(best["value"], rel=1e-9)
+    export = ["sweep", "export", "four_bar_kite.db", "--row"]
+    done = asked([*export, "1", "--out", "row.urdf"])
+    assert "row 1 with the masses of its design" in done.out
+    assert (folder / "row.urdf").read_bytes() == (folder / "best.urdf").read_bytes()
+    assert "row 0 with the masses given alone" in asked([*export, "0", "--out", "a.urdf"]).out
+
+
+def test_geometries_that_do_not_close(folder):
+    done = asked(["sweep", "run", "four_bar_kite", "--vary", "coupler.length=7:9:3", *BESIDE])
+    assert done.code == 1 and done.err == ""
+    assert done.out.startswith("No geometry closes its loops: vary less")
+    assert "sweep show" not in done.out and (folder / "four_bar_kite.db").is_file()
+    best = ["--best", "max:coupler.length=best.urdf"]
+    some = ran(["four_bar_kite", "--vary", "coupler.length=1:9:5", *best])
+    closed = [row[1] for row in some["table"] if row[2]]
+    assert some["best"]["value"] == max(closed) < 9.0 and (folder / "best.urdf").is_file()
+    # Another request has a file of its own.
+    assert some["file"] == "four_bar_kite-2.db"
+
+
+def test_no_counterweights_say_what_helps(folder):
+    words = ["four_bar_general", "--vary", "coupler.length=0.9", "--counterweights", "crank"]
+    done = asked(["sweep", "run", *words, *BESIDE])
+    assert done.code == 1 and done.out.startswith("No row has all answers: counterweights: ")
+    assert "--balance force asks for the shaking force alone" in done.out
+
+
+KITE = "four_bar_kite --vary coupler.length=0.6:0.7:2"
+REFUSALS = [
+    ("four_bar_kite", 2, "nothing varies: give --vary, such as coupler.length="),
+    ("ghost --vary a.length=1:2:3", 3, "no such file, and no model of this name"),
+    ("four_bar_kite --vary couplr.length=1:2:3", 3, "--vary couplr.length: .* mean 'coupler'"),
+    ("four_bar_kite --vary coupler.size=1:2:3", 3, "link 'coupler' has the numbers length"),
+    ("four_bar_kite --vary coupler.length=1:2", 3, "--vary coupler.length: .*first:last:count"),
+    (f"{KITE} --vary coupler.length=1", 2, "--vary coupler.length is given twice"),
+    (f"{KITE} --best rnk=a.urdf", 2, "--best rnk: .*did you mean 'rank'"),
+    (f"{KITE} --best reason=a.urdf", 2, "--best reason: no column of numbers"),
+    (f"{KITE} --best rank", 2, "'rank' is not COLUMN=FILE.urdf"),
+    (f"{KITE} --best rank=a.urdf --write-study a.urdf", 2, "both --best and --write-study"),
+    (f"{KITE} --counterweights rockr", 3, "--counterweights: link 'rockr': .* mean 'rocker'"),
+    (f"{KITE} --compute counterweights", 2, "it needs --counterweights crank,rocker"),
+    (f"{KITE} --compute shaking", 2, "it needs --speed 300rpm"),
+    (f"{KITE} --compute shakng", 3, "--compute shakng: .* mean 'shaking'"),
+    (f"{KITE} --reduce crank", 2, "--reduce L1,L2 and --budget KG need each other"),
+    (f"{KITE} --set grashof=crank", 2, "is not TABLE.KEY=VALUE"),
+    (f"{KITE} --set constraint.grashof=crank", 3, "no such table .did you mean 'constraints'"),
+    (f"{KITE} --at u1=20mm", 3, "its position is an angle"),
+    ("study.toml --speed 300rpm", 2, "--speed goes with a model: study.toml has its own"),
+    ("study.toml --at u1=0.1", 2, "--at goes with a model"),
+    ("study.toml --write-study study.toml", 2, "would replace a file that is read"),
+    ("study.toml --write-study a.toml", 2, "--write-study goes with a model"),
+]
+
+
+@pytest.mark.table
+@pytest.mark.parametrize(("words", "code", "reason"), REFUSALS)
+def test_refusals_write_nothing(folder, words, code, reason):
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    done = asked(["sweep", "run", *words.split(), *BESIDE])
+    assert (done.code, done.out) == (code, "")
+    assert re.search(reason, done.err), done.err
+    assert [path.name for path in folder.iterdir()] == ["study.toml"]
+
+
+def test_a_column_of_one_value_is_no_order(folder):
+    ran([*KITE.split(), "--out", "kite.db"])
+    done = asked(["sweep", "show", "kite.db", "--sort", "closed"])
+    assert done.code == 0 and "--sort closed: 1 in all rows; those that vary are" in done.err
+    done = asked(["sweep", "show", "kite.db", "--sort", "coupler.length"])
+    assert done.code == 0 and done.err == ""
+
+
+def test_studies_are_written_as_they_are_read(folder):
+    tables = {
+        "model": {"file": 'a "b".urdf', "at": {"u1": 0.1}, "massless": ["ä", "\x7f"]},
+        "parameters": {"q2.origin.x": "1:2:3", "n": {"uniform": [1e-5, 2]}, "m": [1.5, "2g"]},
+        "compute": {"quantities": ["a after b"], "spatial": True, "a after b": {"speed": 3.0}},
+    }
+    text = study_text(tables)
+    assert tomllib.loads(text) == tables
+    assert '[compute."a after b"]' in text
+
+
+@pytest.mark.parametrize(
+    ("values", "closed", "largest", "row"),
+    [
+        ([3.0, 1.0, 1.0 + 1e-12, 2.0], [1, 1, 1, 1], False, 1),
+        ([3.0, 1.0 + 1e-12, 1.0, 2.0], [1, 1, 1, 1], False, 1),
+        ([3.0, 1.0, 1.0 + 1e-6, 2.0], [1, 0, 1, 1], False, 2),
+        ([3.0, 1.0, np.nan, 4.0], [1, 1, 1, 2], True, 3),
+        ([np.nan, np.nan], [1, 1], False, None),
+        ([2.0, 2.0], [0, 1], False, 1),
+    ],
+)
+def test_the_best_row(values, closed, largest, row):
+    """The first of those that are equally good, of rows whose loops close."""
+    columns = Column("x", "real"), Column("closed", "integer")
+    job = SweepJob("d", json.dumps({}), columns, len(values), len(values))
+    given = {"x": np.array(values), "closed": np.array(closed)}
+    with ResultsFile.in_memory("rows", job, given) as file:
+        assert best_row(file, "x", largest).row == row

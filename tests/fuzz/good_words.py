@@ -32,8 +32,11 @@ ARMS = (
 BLOCK = "pitch:0.1,mass:0.02,length:0.12,breadth:0.02"
 # A base that floats, for a short time.
 BASE = ("--base", "free", "--base-mass", "3", "--base-inertia", "1", "--duration", "0.05")
+# Points and links of a four-bar.
+SKETCH = ("A=0,0; B=0,250mm; C=0.2,0.4; D=0.6,0", "crank=A,B; coupler=B,C; rocker=C,D")
 # Commands that take no model.
 WITHOUT_MODEL = (
+    "new",
     "models",
     "synthesize",
     "flex modes",
@@ -52,6 +55,7 @@ WITHOUT_MODEL = (
 NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
     "counterweights": (("--links", "{link}"),),
     "reduce": (("--links", "{link}"), ("--budget", "0.1"), ("--csv", "{table}")),
+    "new": (("{folder}/new.urdf",), ("--points", SKETCH[0]), ("--links", SKETCH[1])),
     "flex supports": (("3",),),
     "flex similar": (("--arm", ARM), ("--scale", "0.5")),
     "flex simulate": (
@@ -132,6 +136,9 @@ GOOD: dict[str, list[str]] = {
     "--translator": [BLOCK, "--moment", "1e-3,0.001,0.002"],
     "--moment": ["1e-3,0.001,0.002", "--translator", BLOCK],
     "--both-hubs": ["--moment", "1e-3,0.001,0.002", "--translator", BLOCK],
+    "new --points": [SKETCH[0]], "new --links": [SKETCH[1]], "new --inputs": ["A"],
+    "new --sliders": ["block=C@0deg", "--links", "crank=A,B; coupler=B,C"],
+    "--section": ["30mmx10mm"], "new --density": ["brass"], "--mass": ["crank=0.2"],
     "discover run --model": ["slider_crank"],
     "discover run --topology": ["four-bar"], "discover run --starts": ["4"],
     "discover run --seed": ["2"], "discover run --seconds": ["60"],

@@ -108,7 +108,7 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         return 0 if any(solution["paths"] for solution in solutions) else 1
     if verb == "quiet":
         return 1 if found["verdict"] == "infeasible" else 0
-    if verb in ("models", "flex", "sweep"):
+    if verb in ("new", "models", "flex", "sweep"):
         return 0
     if verb == "discover":
         if found["what"] == "walk":
@@ -229,6 +229,7 @@ def request(seed: int, folder: Path) -> list[str]:
     verb = "synthesize" if seed % 13 == 5 else verb
     verb = FLEX[seed // 17 % len(FLEX)] if seed % 17 == 3 else verb
     verb = LATER[seed // 19 % len(LATER)] if seed % 19 == 7 else verb
+    verb = "new" if seed % 23 == 9 else verb
     if seed % 17 == 11:
         return [*sweep_words(rng, folder, ODD), *["--json"] * (rng.random() < 0.75)]
     parser, words = parsers()[verb], verb.split()
@@ -273,6 +274,7 @@ def _needed_words(
         "loads": WORDS["--wrench"](rng, place)[0] if verb == "identify" else "",
         "tool": rng.choice(place.names.links or ("ghost",)) if verb == "springs" else "",
         "first": (*place.names.inputs, "ghost")[0],
+        "folder": str(place.folder),
     }
     return [word.format(**names) for word in needed(verb, picked)]
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import kinematics
 from balance.app.cli.main import COMMANDS, command_parser
 from kinematics.errors import LinkageError
-from tests.fuzz.good_words import ARMS, BLOCK, MASSES
+from tests.fuzz.good_words import ARMS, BLOCK, MASSES, SKETCH
 
 NUMBERS = (
     "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 "
@@ -409,6 +409,17 @@ WORDS: dict[str, Maker] = {
         lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     ),
     "--order": _of("1", "2", "3", "5", "0", "99"),
+    "new --points": _of(
+        SKETCH[0], "A=0,0; B=A+1@B", "A=1,0;A=2,0", "A=0,0; B=A:1,A:2", "A=nan,0"
+    ),
+    "new --links": _of(SKETCH[1], "a=A,B", "a=A", "base=A,D; a=A,B; a=C,D", "base=A", "a=A,Z"),
+    "--sliders": _of(
+        "block=C@0", "block=C@D", "block=C", "crank=C@0", "block=Z@1", "block=C@99"
+    ),
+    "new --inputs": _of("A", "A,B", "D", "x"),
+    "--section": _of("30mmx10mm", "d20mm", "crank=1x1", "0x1", "d", "x=d1", "1,1"),
+    "new --density": _of("steel", "crank=2700", "wood", "-1", "7.85g/cm3,1"),
+    "--mass": _of("crank=0.5", "rocker=200g", "1", "x=1", "crank=-1", "crank=1,crank=2"),
     "--positions": lambda rng, place: [_positions(rng, place)],
     "--kind": _of("pantograph", "four-bar", "stack"),
     "--ratio": lambda rng, place: [f"-{_number(rng)}"],

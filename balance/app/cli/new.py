@@ -20,7 +20,7 @@ def add_new(parser: Parser) -> None:
         "Writes the URDF file of a planar linkage from the points and links of a sketch, with "
         "loops, inputs, masses of bars and their shapes. Lengths are in metres or have a unit."
     )
-    parser.add_argument("out", type=_urdf_path, metavar="FILE.urdf", help="file to write")
+    parser.add_argument("out", metavar="FILE.urdf", help="file to write")
     parser.add_argument(
         "--points",
         required=True,
@@ -97,11 +97,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         LinkageError: the linkage cannot be built.
     """
     path = arguments.out
-    if os.path.exists(path) and not is_stream(path) and not arguments.overwrite:
-        from kinematics.error_text import clean
-
-        text = f"{clean(path, 1000)} exists: give another name, or --overwrite"
-        raise UsageError(text)
+    _check_path(path, arguments.overwrite)
     from balance.app.answers.text.sketched_linkage import sketch_body
     from balance.studies.sketches.from_sketch import linkage_from_sketch
 
@@ -124,12 +120,17 @@ def _run(arguments: argparse.Namespace) -> Answer:
     )
 
 
-def _urdf_path(text: str) -> str:
-    """Check that a word names a URDF file, a pipe or a device.
+def _check_path(path: str, overwrite: bool) -> None:
+    """Refuse a path that names no URDF file, or that of a file which is there.
 
     Raises:
-        ArgumentTypeError: it does not end in .urdf, and is no stream.
+        UsageError: it does not end in .urdf, or the file exists, and it is no stream.
     """
-    if not (text.lower().endswith(".urdf") or is_stream(text)):
-        raise argparse.ArgumentTypeError(f"'{text}' does not end in .urdf")
-    return text
+    if is_stream(path):
+        return
+    from kinematics.error_text import clean
+
+    if not path.lower().endswith(".urdf"):
+        raise UsageError(f"{clean(path, 1000)}: the name of the file ends in .urdf")
+    if os.path.exists(path) and not overwrite:
+        raise UsageError(f"{clean(path, 1000)} exists: give another name, or --overwrite")

@@ -28,7 +28,7 @@ from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, round_to_ten_digits
 
 
-class Section(NamedTuple):
+class BarSection(NamedTuple):
     """The section of a bar.
 
     Attributes:
@@ -54,11 +54,11 @@ class Section(NamedTuple):
         return f"ø {width}" if self.circular else f"{width} × {thickness}"
 
 
-LINE = Section(0.0, 0.0)
+LINE = BarSection(0.0, 0.0)
 """The section of a line."""
 
 
-class Solid(NamedTuple):
+class UniformSolid(NamedTuple):
     """A solid body of uniform density.
 
     Attributes:
@@ -72,7 +72,7 @@ class Solid(NamedTuple):
     inertia: Array
 
 
-def read_section(text: str) -> Section:
+def read_section(text: str) -> BarSection:
     """Read ``30mmx10mm``, width and thickness, or ``d20mm``, a diameter.
 
     Raises:
@@ -91,10 +91,12 @@ def read_section(text: str) -> Section:
         raise UsageError(f"section '{clean(text)}': {error}") from None
     if min(values) <= 0.0:
         raise UsageError(f"section '{clean(text)}': sizes are positive")
-    return Section(values[0], values[-1], circular)
+    return BarSection(values[0], values[-1], circular)
 
 
-def make_bar(start: complex, end: complex, section: Section, line_density: float) -> Solid:
+def make_bar(
+    start: complex, end: complex, section: BarSection, line_density: float
+) -> UniformSolid:
     """Compute mass, centre and inertia of a bar between two points.
 
     Args:
@@ -116,10 +118,10 @@ def make_bar(start: complex, end: complex, section: Section, line_density: float
         + across * np.outer(beside, beside)
         + np.diag([0.0, 0.0, normal])
     )
-    return Solid(mass, in_space(0.5 * (start + end)), inertia)
+    return UniformSolid(mass, in_space(0.5 * (start + end)), inertia)
 
 
-def make_visual(start: complex, end: complex, section: Section) -> Element:
+def make_visual(start: complex, end: complex, section: BarSection) -> Element:
     """Make the ``<visual>`` of a bar: a box, or a cylinder, whose axis is the z axis."""
     length, yaw = _round([abs(end - start), cmath.phase(end - start)])
     pitch = 0.5 * math.pi if section.circular else 0.0
@@ -132,7 +134,7 @@ def make_visual(start: complex, end: complex, section: Section) -> Element:
     return Element("visual", {}, (Element("origin", at), Element("geometry", {}, (shape,))))
 
 
-def joined_inertial(solids: Sequence[Solid], scale: float = 1.0) -> Element:
+def joined_inertial(solids: Sequence[UniformSolid], scale: float = 1.0) -> Element:
     """Make the ``<inertial>`` of solids that are one link; common matter counts twice.
 
     Args:

@@ -10,8 +10,8 @@ import numpy as np
 
 from balance.studies.sketches.bars import (
     LINE,
-    Section,
-    Solid,
+    BarSection,
+    UniformSolid,
     in_space,
     joined_inertial,
     make_bar,
@@ -55,7 +55,7 @@ class LinkMatter(NamedTuple):
         mass: kg, in place of that of section and density; None for that.
     """
 
-    section: Section | None
+    section: BarSection | None
     density: float
     mass: float | None
 
@@ -82,7 +82,7 @@ class LinkMatter(NamedTuple):
         # Without a section the mass is given, and any density does.
         line_density = self.density * section.area or 1.0
         if slide is not None and self.section is None:
-            solids = [Solid(1.0, in_space(points[0]), np.zeros((3, 3)))]
+            solids = [UniformSolid(1.0, in_space(points[0]), np.zeros((3, 3)))]
         else:
             solids = [make_bar(*pair, section, line_density) for pair in ends]
         shapes = [] if self.section is None else [make_visual(*pair, section) for pair in ends]

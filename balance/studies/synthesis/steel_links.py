@@ -13,7 +13,13 @@ from itertools import pairwise
 import numpy as np
 
 from balance.masses.designs.density import STEEL
-from balance.studies.sketches.bars import Section, Solid, in_space, joined_inertial, make_bar
+from balance.studies.sketches.bars import (
+    BarSection,
+    UniformSolid,
+    in_space,
+    joined_inertial,
+    make_bar,
+)
 from kinematics.model.document.element import Element
 
 TOOL_MASS = 1.0
@@ -32,12 +38,12 @@ def bars_inertial(
         width: of the square section, metres.
         tool: where the ball of the tool is; None: there is none.
     """
-    section = Section(width, width)
+    section = BarSection(width, width)
     solids = [make_bar(a, b, section, STEEL * section.area) for a, b in pairwise(points)]
     if tool is not None:
         radius = (0.75 * TOOL_MASS / (np.pi * STEEL)) ** (1.0 / 3.0)
         ball = 0.4 * TOOL_MASS * radius**2 * np.eye(3)
-        solids.append(Solid(TOOL_MASS, in_space(tool), ball))
+        solids.append(UniformSolid(TOOL_MASS, in_space(tool), ball))
     return joined_inertial(solids)
 
 

@@ -38,7 +38,7 @@ DECIMALS = 15
 TOUCHING = 1e-12
 # Radians from which an angle without a unit is more than a turn, and meant in degrees.
 MORE_THAN_A_TURN = 6.4
-FORMS = "x,y or POINT+LENGTH@ANGLE or POINT:LENGTH,POINT:LENGTH"
+FORMS = "x,y or A+LENGTH@ANGLE or A:LENGTH,B:LENGTH or A:LENGTH,B@ANGLE"
 
 
 class _Rule(NamedTuple):
@@ -217,9 +217,13 @@ def _read_meeting(name: str, text: str) -> _Rule:
     circles = [_read_circle(part) for part in parts if part not in lines]
     if len(circles) == 2:
         (first, r), (second, s) = circles
+        if first == second:
+            raise UsageError(f"'{clean(text)}': both distances are from {first}")
         return _Rule(
             (first, second), lambda places: _meeting(name, (first, second), (r, s), places)
         )
+    if not circles:
+        raise UsageError(f"'{clean(text)}' is not {FORMS}")
     (centre, r), (start, direction) = circles[0], _split(lines[0], "@")
     way = read_direction(direction, start)
     return _Rule(
@@ -269,8 +273,8 @@ def _meeting(
         raise SynthesisError(f"point '{name}': {problem}", f"add {_mm(d - r - s)} to them")
     if d < abs(r - s) - slack or not d:
         problem = f"the circles {about}, do not meet: their radii differ by {_mm(abs(r - s))}"
-        gap = abs(r - s) - d
-        raise SynthesisError(f"point '{name}': {problem}", f"bring them {_mm(gap)} closer")
+        remedy = f"let them differ by {_mm(abs(r - s) - d)} less"
+        raise SynthesisError(f"point '{name}': {problem}", remedy)
     a = (d * d + (r - s) * (r + s)) / (2.0 * d)
     h = math.sqrt(max((r - a) * (r + a), 0.0))
     return start + complex(a, h) * _direction(places, *centres)

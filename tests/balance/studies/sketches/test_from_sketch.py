@@ -284,13 +284,14 @@ def test_a_linkage_shakes_as_the_file_made_by_hand():
         (
             ("A=0,0; B=1,0; C=A:3,B:1", "a=A,B"),
             SynthesisError,
-            "differ by 2000 mm.*1000 mm clo",
+            "differ by 2000 mm.*1000 mm less",
         ),
         (
             ("A=0,0; B=0,1; C=B:0.5,A@0", "a=A,B"),
             SynthesisError,
             "passes B at 1000 mm; add 500",
         ),
+        (("A=0,0; B=A:1,A:2", "a=A,B"), UsageError, "both distances are from A"),
         (("A=0,0; B=A:-1,A:1", "a=A,B"), UsageError, "a distance is a positive length"),
         (("A=0,0; 1B=1,0", "a=A,B"), UsageError, "'1B' is no name"),
         (("A=0,0; B=1,0", "a=A"), UsageError, "link 'a' has one point"),

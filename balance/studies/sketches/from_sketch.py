@@ -26,6 +26,7 @@ from kinematics.loading.model_gallery import load
 from kinematics.model.document import make_elements
 from kinematics.model.document.element import Document, Element
 from kinematics.model.document.write_numbers import element_text, number_words
+from kinematics.wording import round_to_ten_digits
 
 
 def linkage_from_sketch(
@@ -60,7 +61,7 @@ def linkage_from_sketch(
         section: of bars, ``"30mmx10mm"`` in the plane and along z, or ``"d20mm"`` for rods;
             ``"30mmx10mm, crank=d20mm"`` for some links another one, or by name; without one,
             links have no ``<inertial>`` and no shape.
-        density: kg/m³, a material, or one of them by link.
+        density: kg/m³, a material, or one of them by link, and steel for the others.
         mass: ``"piston=0.5, crank=200g"``, kg, in place of that of section and density: the
             inertia is scaled; without a section, a link with a mass is a thin rod.
         inputs: names of joints; by default as many as the mobility, on the base first.
@@ -195,4 +196,4 @@ def _origin(point: complex, frame: complex) -> Element:
 def _span(sketch: Sketch, names: Sequence[str]) -> float:
     """Compute the largest distance between two points; metres."""
     places = [sketch.places[name] for name in names]
-    return max(abs(z - w) for z in places for w in places)
+    return round_to_ten_digits(max(abs(z - w) for z in places for w in places))

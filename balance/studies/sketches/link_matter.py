@@ -19,11 +19,12 @@ from balance.studies.sketches.bars import (
     read_section,
 )
 from balance.studies.sketches.points import unknown_name
-from balance.support.materials import density_in_si
+from balance.support.materials import MATERIALS, density_in_si
 from balance.support.units import read_quantity
 from kinematics.error_text import clean
 from kinematics.errors import UsageError
 from kinematics.model.document.element import Element
+from kinematics.wording import round_to_ten_digits
 
 ByLink: TypeAlias = float | str | Mapping[str, float | str]
 """A value for all links, a text ``"30mmx10mm, crank=d20mm"``, or values by link."""
@@ -87,7 +88,7 @@ class LinkMatter(NamedTuple):
             solids = [make_bar(*pair, section, line_density) for pair in ends]
         shapes = [] if self.section is None else [make_visual(*pair, section) for pair in ends]
         total = sum(solid.mass for solid in solids)
-        mass = total if self.mass is None else self.mass
+        mass = round_to_ten_digits(total) if self.mass is None else self.mass
         return LinkSolid(mass, (joined_inertial(solids, mass / total), *shapes))
 
 
@@ -105,6 +106,7 @@ def read_matter(
     sections = _by_link("section", section, links)
     densities = _by_link("density", density, links)
     masses = _by_link("mass", mass, links)
+    others = densities.get(OTHERS, MATERIALS["steel"])
     if OTHERS in masses:
         raise UsageError(f"mass '{masses[OTHERS]}' names no link: write piston=0.5")
     matter = {}
@@ -113,7 +115,7 @@ def read_matter(
         kilograms = masses.get(link)
         matter[link] = LinkMatter(
             None if words is None else read_section(words),
-            _positive("density", density_in_si(densities.get(link, densities.get(OTHERS, 0)))),
+            _positive("density", density_in_si(densities.get(link, others))),
             None if kilograms is None else _positive("mass", kilograms),
         )
     return matter

@@ -115,11 +115,9 @@ def read_pairs(
         pairs = [(name.strip(), value.strip()) for name, _, value in _parted(words)]
     named: dict[str, Any] = {}
     for name, value in pairs:
-        if not name.isidentifier():
-            raise UsageError(
-                f"{what}: '{clean(name)}' is no name: take letters, digits and _, and a letter "
-                "first"
-            )
+        if not str(name).isidentifier():
+            text = "is no name: take letters, digits and _, and a letter first"
+            raise UsageError(f"{what}: '{clean(str(name))}' {text}")
         if name in named:
             raise UsageError(f"{what}: '{clean(name)}' is given twice")
         named[name] = value
@@ -179,9 +177,9 @@ def read_direction(text: str, start: str) -> _Rule:
 
 def _read_point(name: str, value: PointLike) -> _Rule:
     """Read how a point is given."""
-    if not isinstance(value, str):
-        value = ",".join(repr(float(each)) for each in value)
     try:
+        if not isinstance(value, str):
+            value = ",".join(map(str, value))
         if ":" in value:
             return _read_meeting(name, value)
         if "@" in value:

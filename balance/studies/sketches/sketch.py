@@ -81,7 +81,7 @@ def read_sketch(
         way = read_direction(direction, point)
         _check_known(slider, way.needs, places)
         slides[slider] = way.place(places)
-    base = _points_of_one_link(carried) if given is None else given
+    base = _points_of_one_link(carried, slides) if given is None else given
     sketch = Sketch(places, base, carried, slides, given is None)
     _check_sketch(sketch)
     return sketch
@@ -110,10 +110,13 @@ def _check_known(link: str, names: Sequence[str], places: Places) -> None:
             raise UsageError(f"link '{link}': {unknown_name('point', point, places)}")
 
 
-def _points_of_one_link(links: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
-    """List the points that one link alone has, in the order of the links."""
+def _points_of_one_link(
+    links: Mapping[str, Sequence[str]], sliders: Mapping[str, complex]
+) -> tuple[str, ...]:
+    """List the points that one link alone has, and no slider, in the order of the links."""
     every = [point for names in links.values() for point in names]
-    return tuple(point for point in every if every.count(point) == 1)
+    sliding = {point for slider in sliders for point in links[slider]}
+    return tuple(point for point in every if every.count(point) == 1 and point not in sliding)
 
 
 def _check_sketch(sketch: Sketch) -> None:

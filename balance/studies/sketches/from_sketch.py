@@ -19,7 +19,7 @@ from balance.studies.sketches.sketched_linkage import (
     SketchedLink,
     SketchedLinkage,
 )
-from kinematics.errors import MobilityError
+from kinematics.errors import MeetingModesError, MobilityError, SynthesisError
 from kinematics.loading.building.assemble_elements import assemble_elements
 from kinematics.loading.building.check_arguments import exact_differences
 from kinematics.loading.model_gallery import load
@@ -73,7 +73,7 @@ def linkage_from_sketch(
     Raises:
         UsageError: an argument is written wrongly, or names what is not there.
         SynthesisError: circles do not meet, points of a bar are at one place, there is no base,
-            or a link hangs on nothing.
+            a link hangs on nothing, or modes of motion meet in the pose of the sketch.
         LinkageError: the linkage cannot move, or not with these inputs.
 
     Source:
@@ -100,6 +100,9 @@ def linkage_from_sketch(
     source = f"{name} (from a sketch)"
     try:
         plain = assemble_elements(_make_robot(name, sketch, joints, solids), source, inputs)
+    except MeetingModesError as error:
+        problem = f"{len(error.modes)} modes of motion meet in the pose of the sketch"
+        raise SynthesisError(problem, "sketch it in another pose") from None
     except MobilityError as error:
         if sketch.base_by_rule:
             error.add_note(

@@ -29,6 +29,8 @@ SIX_BAR = (
     "A=0,0; B=0.1,0.25; C=0.55,0.4; D=0.6,0; P=B:0.3,C:0.35; Q=P+0.4@10deg; F=Q+0.5@-80deg",
     "base=A,D,F; crank=A,B; coupler=B,C,P; rocker=D,C; connector=P,Q; output=F,Q",
 )
+# A parallelogram whose links lie on one line.
+FLAT = "A=0,0; B=1,0; C=3,0; D=2,0"
 SKETCHES = {"five-bar": FIVE_BAR, "four-bar": FOUR_BAR, "slider": SLIDER, "six-bar": SIX_BAR}
 
 
@@ -307,6 +309,7 @@ def test_a_linkage_shakes_as_the_file_made_by_hand():
         ),
         (("A=0,0; B=1,0; C=1,1", "base=C; a=A,B"), UsageError, "'C' of the base is on no link"),
         (("A=0,0; B=1,0; C=2,1", "a=A,B; b=B,C"), LinkageError, "base has A, C, the points of"),
+        ((FLAT, "a=A,B; b=B,C; c=D,C"), SynthesisError, "2 modes of motion meet in the pose"),
         (("A=0,0; B=1,0", "base=A"), UsageError, "none that moves"),
         ((*SLIDER[:2], "rod=C@0"), UsageError, "slider 'rod' is a link too"),
         ((*SLIDER[:2], "block=C"), UsageError, "write POINT@ANGLE"),

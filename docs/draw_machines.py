@@ -1,22 +1,26 @@
 """Draw the machine of each tutorial.
 
 ``python docs/draw_machines.py`` writes ``docs/tutorials/machines/NAME.svg``: the linkage of a
-file that the page shows, or of a model of the gallery.
+file that the page shows or makes, or of a model of the gallery.
 """
 
 from __future__ import annotations
 
+import shlex
 import sys
 import tempfile
+from contextlib import chdir, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE / "hooks"))
 
-from code_blocks import code_blocks  # noqa: E402
+from code_blocks import code_blocks, command_lines  # noqa: E402
 
 import balance  # noqa: E402
 from balance.app.answers.html.linkage_drawing import linkage_drawing  # noqa: E402
+from balance.app.cli.main import main as command  # noqa: E402
 
 TUTORIALS = HERE / "tutorials"
 # Page, name of the picture, and the file on that page or the model of the gallery.
@@ -40,11 +44,13 @@ MACHINES = (
 def machine(page: str, model: str) -> str:
     """Draw the linkage of a file that a page shows, or of a model of the gallery."""
     text = (TUTORIALS / f"{page}.md").read_text(encoding="utf-8")
-    files = [block for block in code_blocks(text) if block.title]
-    with tempfile.TemporaryDirectory() as folder:
-        for file in files:
-            if not file.title.endswith((".yaml", ".toml")):
-                (Path(folder) / file.title).write_text(file.text, encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder, chdir(folder), redirect_stdout(StringIO()):
+        for block in code_blocks(text):
+            if block.title and not block.title.endswith((".yaml", ".toml")):
+                Path(block.title).write_text(block.text, encoding="utf-8")
+            for line in command_lines(block.text) if block.language == "sh" else ():
+                if line.startswith("balance new "):
+                    command(shlex.split(line)[1:])
         path = Path(folder) / model
         return linkage_drawing(balance.load(path if path.exists() else model))
 

@@ -255,7 +255,7 @@ class _RemediedError(LinkageError):
 
 
 class SynthesisError(_RemediedError):
-    """Positions, pivots or masses from which no mechanism can be synthesised."""
+    """Points, positions, pivots or masses from which no mechanism can be made."""
 
 
 class UnreachedError(PoseError):

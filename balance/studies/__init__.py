@@ -1,4 +1,4 @@
-"""Many linkages: sweeps, searches for special geometries, synthesis.
+"""Many linkages: from sketches, sweeps, searches for special geometries, synthesis.
 
 Names for users, beside those of `balance` itself:
 
@@ -8,12 +8,14 @@ Names for users, beside those of `balance` itself:
 - ``PantographMasses``: lengths and masses of a pantograph
 - ``ParallelepipedPlatform``: sizes of ``parallelepiped_platform_urdf``
 - ``PrincipalVectors``: points and masses of ``principal_vector_urdf``
+- ``SketchedLinkage``: result of ``linkage_from_sketch``
 - ``StackedFourBar``: one four-bar of ``four_bar_stack_urdf``
 - ``StackedChains``: lengths and masses of ``stacked_urdf``
 - ``SynthesizedMechanism``: one mechanism, its file and what confirms it
 - ``equivalent_points``: four point masses that are equivalent to a rigid body
 - ``four_bar_platform_urdf``: write a platform on three legs of balanced four-bars, balanced
 - ``four_bar_stack_urdf``: write balanced four-bars that stand on each other, n freedoms
+- ``linkage_from_sketch``: build a planar linkage from its points and links, and its file
 - ``parallelepiped_platform_urdf``: write a spatial platform of three or six freedoms, balanced
 - ``principal_points``: principal points of elements in series from their masses
 - ``principal_vector_urdf``: write a principal-vector linkage of n elements, balanced

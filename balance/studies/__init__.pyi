@@ -1,3 +1,5 @@
+from .sketches.from_sketch import linkage_from_sketch as linkage_from_sketch
+from .sketches.sketched_linkage import SketchedLinkage as SketchedLinkage
 from .sweeps.study import Study as Study
 from .sweeps.study import read_study as read_study
 from .synthesis.four_bar_platform import FourBarPlatform as FourBarPlatform

@@ -119,7 +119,7 @@ def run_page(markdown: str, folder: Path, beside: Path | None = None) -> None:
 def _run(block: Block, session: dict[str, object]) -> str:
     """Run or read one block and return what it prints."""
     if block.language == "sh":
-        return "".join(_command(line, block) for line in _lines(block.text))
+        return "".join(_command(line, block) for line in command_lines(block.text))
     if block.language == "python":
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
@@ -131,8 +131,8 @@ def _run(block: Block, session: dict[str, object]) -> str:
     return ""
 
 
-def _lines(text: str) -> Iterator[str]:
-    """Commands of a block, continued lines joined."""
+def command_lines(text: str) -> Iterator[str]:
+    """Yield the commands of a block, continued lines joined."""
     return filter(None, map(str.strip, text.replace("\\\n", " ").splitlines()))
 
 

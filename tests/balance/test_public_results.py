@@ -59,6 +59,7 @@ RESULTS = {
     "SupportedModes": {DATA, PICTURE},
     "SupportPoints": {DATA, PICTURE},
     # Of geometries.
+    "SketchedLinkage": {DATA, FILE},
     "SweepTable": {DATA, PAGE, PICTURE},
     "Synthesis": ALL,
     "SynthesizedMechanism": {DATA, FILE},

@@ -163,6 +163,10 @@ def results_of_masses(space, none):
         (rotors, "2"),
         (rotors.sets[0], "u1"),
         (synthesis, "feasible: 1 mechanism"),
+        (
+            balance.studies.linkage_from_sketch("A=0,0; B=1,0", "base=A; arm=A,B"),
+            "arm A-B: 1000",
+        ),
         (synthesis.mechanisms[0], "confirmed"),
         (balance.studies.FourBarPlatform(), "3 legs"),
         (balance.studies.PantographMasses(*[0.5] * 13), "3 kg"),

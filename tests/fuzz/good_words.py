@@ -32,8 +32,21 @@ ARMS = (
 BLOCK = "pitch:0.1,mass:0.02,length:0.12,breadth:0.02"
 # A base that floats, for a short time.
 BASE = ("--base", "free", "--base-mass", "3", "--base-inertia", "1", "--duration", "0.05")
+# Points and links of a four-bar.
+SKETCH = ("A=0,0; B=0,250mm; C=0.2,0.4; D=0.6,0", "crank=A,B; coupler=B,C; rocker=C,D")
+# Words for a sketch, good and bad.
+SKETCH_WORDS = {
+    "new --points": (SKETCH[0], "A=0,0; B=A+1@B", "A=1,0;A=2,0", "A=0,0; B=A:1,A:2", "A=nan,0"),
+    "new --links": (SKETCH[1], "a=A,B", "a=A", "base=A,D; a=A,B; a=C,D", "base=A", "a=A,Z"),
+    "--sliders": ("block=C@0", "block=C@D", "block=C", "crank=C@0", "block=Z@1", "block=C@99"),
+    "new --inputs": ("A", "A,B", "D", "x"),
+    "--section": ("30mmx10mm", "d20mm", "crank=1x1", "0x1", "d", "x=d1", "1,1"),
+    "new --density": ("steel", "crank=2700", "wood", "-1", "7.85g/cm3,1"),
+    "--mass": ("crank=0.5", "rocker=200g", "1", "x=1", "crank=-1", "crank=1,crank=2"),
+}
 # Commands that take no model.
 WITHOUT_MODEL = (
+    "new",
     "models",
     "synthesize",
     "flex modes",
@@ -51,6 +64,7 @@ WITHOUT_MODEL = (
 NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
     "counterweights": (("--links", "{link}"),),
     "reduce": (("--links", "{link}"), ("--budget", "0.1"), ("--csv", "{table}")),
+    "new": (("{folder}/new.urdf",), ("--points", SKETCH[0]), ("--links", SKETCH[1])),
     "flex supports": (("3",),),
     "flex similar": (("--arm", ARM), ("--scale", "0.5")),
     "flex simulate": (
@@ -135,6 +149,9 @@ GOOD: dict[str, list[str]] = {
     "--translator": [BLOCK, "--moment", "1e-3,0.001,0.002"],
     "--moment": ["1e-3,0.001,0.002", "--translator", BLOCK],
     "--both-hubs": ["--moment", "1e-3,0.001,0.002", "--translator", BLOCK],
+    "new --points": [SKETCH[0]], "new --links": [SKETCH[1]], "new --inputs": ["A"],
+    "new --sliders": ["block=C@0deg", "--links", "crank=A,B; coupler=B,C"],
+    "--section": ["30mmx10mm"], "new --density": ["brass"], "--mass": ["crank=0.2"],
     "discover run --model": ["slider_crank"],
     "discover run --topology": ["four-bar"], "discover run --starts": ["4"],
     "discover run --seed": ["2"], "discover run --seconds": ["60"],

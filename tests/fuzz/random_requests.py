@@ -111,7 +111,7 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb == "sweep" and found["what"] == "run":
         no_best = found["best"] is not None and found["best"]["row"] is None
         return 1 if no_best or not found["answered"] else 0
-    if verb in ("models", "flex", "sweep"):
+    if verb in ("new", "models", "flex", "sweep"):
         return 0
     if verb == "discover":
         if found["what"] == "walk":
@@ -232,6 +232,7 @@ def request(seed: int, folder: Path) -> list[str]:
     verb = "synthesize" if seed % 13 == 5 else verb
     verb = FLEX[seed // 17 % len(FLEX)] if seed % 17 == 3 else verb
     verb = LATER[seed // 19 % len(LATER)] if seed % 19 == 7 else verb
+    verb = "new" if seed % 23 == 9 else verb
     if seed % 17 == 11:
         return [*sweep_words(rng, folder, ODD), *["--json"] * (rng.random() < 0.75)]
     parser, words = parsers()[verb], verb.split()
@@ -276,6 +277,7 @@ def _needed_words(
         "loads": WORDS["--wrench"](rng, place)[0] if verb == "identify" else "",
         "tool": rng.choice(place.names.links or ("ghost",)) if verb == "springs" else "",
         "first": (*place.names.inputs, "ghost")[0],
+        "folder": str(place.folder),
     }
     return [word.format(**names) for word in needed(verb, picked)]
 

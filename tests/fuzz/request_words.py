@@ -16,7 +16,7 @@ from typing import NamedTuple
 import kinematics
 from balance.app.cli.main import COMMANDS, command_parser
 from kinematics.errors import LinkageError
-from tests.fuzz.good_words import ARMS, BLOCK, MASSES
+from tests.fuzz.good_words import ARMS, BLOCK, MASSES, SKETCH_WORDS
 
 NUMBERS = (
     "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 "
@@ -409,6 +409,7 @@ WORDS: dict[str, Maker] = {
         lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     ),
     "--order": _of("1", "2", "3", "5", "0", "99"),
+    **{name: _of(*words) for name, words in SKETCH_WORDS.items()},
     "--positions": lambda rng, place: [_positions(rng, place)],
     "--kind": _of("pantograph", "four-bar", "stack"),
     "--ratio": lambda rng, place: [f"-{_number(rng)}"],
@@ -420,8 +421,9 @@ WORDS: dict[str, Maker] = {
     "--slot": _of("slot.csv", "slot.dxf", "slot.txt", "slot.svg"),
     "--window": _of("-1,1", "-1,1,-1,1", "1,0", "x"),
     **dict.fromkeys(("--to", "--through"), lambda rng, place: [_target(rng, place)]),
-    "--from": lambda rng, place: [_pose(rng, place)],
-    "paths --to": lambda rng, place: [_pose(rng, place)],
+    **dict.fromkeys(
+        ("--from", "--via", "paths --to", "quiet --to"), lambda r, p: [_pose(r, p)]
+    ),
     "--fan": _of("3", "1", "0", "x"),
     "paths --tolerance": _of("5%", "0.2", "0", "1", "x"),
     "--factors": _of("crank=0.5", "left_lower=0.5,2", "crank=0", "crank"),
@@ -460,12 +462,10 @@ WORDS: dict[str, Maker] = {
     "--harmonics": _of("2", "3", "1", "51", "x"),
     "--tries": _of("1", "2", "2", "0", "x"),
     "quiet --duration": _of("1", "0.3", "1e-6", "1e6", "0", "x"),
-    "quiet --to": lambda rng, place: [_pose(rng, place)],
     "--shaking": _of("force", "moment", "both"),
     "--measure": _of("rms", "peak"),
     "--natural-frequency": _of("5", "12.5", "0", "nan"),
     "--front": _of("2", "1", "x"),
-    "--via": lambda rng, place: [_pose(rng, place)],
     "--tool-from": _of("x=0.01", "z=0.01,rx=0.1", "rz=2deg", "x=1deg", "w=1", "x=9"),
     "--tool-to": _of("x=0.01", "y=-0.01", "rz=2deg", "x=1deg", "w=1", "x=9", "x"),
     **{

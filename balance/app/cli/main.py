@@ -56,6 +56,11 @@ class Command(NamedTuple):
 # The commands in the order of the help. The module of each has its options, in a function
 # `add_…`, and is imported only for that command.
 COMMANDS = {
+    "new": Command(
+        "the file of a planar linkage from the points and links of a sketch",
+        'balance new robot.urdf --points "A=0,0; B=0,1; C=2,2; D=2,0" '
+        '--links "l=A,B; c=B,C; r=C,D"',
+    ),
     "report": Command(
         "which masses leave the base at rest: rank and dimension, by order",
         "balance report robot.urdf",

@@ -24,6 +24,7 @@ from balance.app.cli import (
     identify,
     models,
     motion,
+    new,
     paths,
     quiet,
     reduce,
@@ -50,6 +51,7 @@ from tests.support.covering import ALL_CASES, number_of_cases
 from tests.support.sidecar_text import PAIR
 
 COMMANDS = {
+    "new": new,
     "report": report,
     "design": design,
     "counterweights": counterweights,
@@ -291,6 +293,7 @@ def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
     model = ["five_bar"] * (verb not in WITHOUT_MODEL)
     words = [verb, *first.get(verb, model), "--json"]
     words += POSITIONS * (verb == "synthesize")
+    words += needed(verb, []) if verb == "new" else []
     words += ["--links", "left_lower"] * (verb in ("counterweights", "reduce"))
     code, out, err = asked(words)
     assert (code, out) == (70, "")

@@ -62,7 +62,7 @@ MISTAKES = [
         2,
         "write cylinder.x,y,z,ax,ay,az,r,length.",
     ),
-    ("reports four_bar_kite", 2, "'reports' .choose from 'report'.*mean 'report'"),
+    ("reports four_bar_kite", 2, "'reports' .choose from 'new', 'report'.*mean 'report'"),
     ("verfy four_bar_kite", 2, "'verfy' .*did you mean 'verify'"),
     ("verify slider_crank --trajectoires 3", 2, "--trajectoires 3 .did you mean '--traj"),
     ("verify five_bar --base fere", 2, "'fere' .*did you mean 'free'"),
@@ -215,6 +215,9 @@ MISTAKES = [
     ("synthesize --positions 0,0,0;1,0,9", 2, "by --fixed or --moving"),
     ("formulas five_bar --balance all", 2, "'all' .choose from 'dynamic', 'force'"),
     ("models four_bar", 2, "unrecognized arguments: four_bar"),
+    ("new a.urdf --points A=0,0;B=A+1@90 --links a=A,B", 2, "'90' is in radians: write 90deg"),
+    ("new a.urdf --points A=0,0;B=1,0 --links base=A;a=A,C", 2, "no point 'C'; there are 'A'"),
+    ("new a.urdf --points A=0,0;B=9,0 --links a=A,B --base A", 2, "write base=A,B in --links"),
 ]
 
 

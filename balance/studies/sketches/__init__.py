@@ -1,0 +1,1 @@
+"""Planar linkages from sketches: points, and the links that join them."""

@@ -94,7 +94,6 @@ models
 OPTIMA = tuple(
     """
 design four_bar_antiparallelogram --minimise mass --bounds coupler=0.5:5 --density steel
-design four_bar_antiparallelogram --minimise rotor --bounds coupler=0.5:5
 design four_bar_kite --minimise change --thickness 0.02
 design six_bar_watt --balance force --minimise change
 design fuga_i --require "force; dynamic at u1=0" --minimise change

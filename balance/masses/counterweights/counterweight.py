@@ -162,12 +162,13 @@ def counterweight_of(link: str, region: Region, lumps: Lumps, unit: float) -> Co
     return Counterweight(link, mass, freeze(com), freeze(inertia), listed, region)
 
 
-def _heaviest_first(lumps: Lumps) -> Array:
+def _heaviest_first(lumps: Lumps) -> list[int]:
     """Order lumps by mass, and those of equal mass by their coordinates, largest first."""
-    order = np.arange(lumps.masses.size)
-    for values in (*lumps.points.T[::-1], lumps.masses):
-        size = 1.0 if values is not lumps.masses else 0.0
-        order = order[rank_least_first((-values[order]).tolist(), size, MASSES_EQUAL)]
+    order = list(range(lumps.masses.size))
+    columns = [*lumps.points.T[::-1], lumps.masses]
+    for column, size in zip(columns, (1.0, 1.0, 1.0, 0.0), strict=True):
+        ranks = rank_least_first((-column[order]).tolist(), size, MASSES_EQUAL)
+        order = [order[k] for k in ranks]
     return order
 
 

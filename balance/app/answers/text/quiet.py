@@ -63,7 +63,7 @@ def quiet_facts(plan: QuietMotion) -> list[tuple[str, str]]:
         pairs.append(("not excited", f"{frequencies} Hz"))
     pairs.append(("verdict", plan.words))
     if plan.law != "planned":
-        pairs.append(("motion", f"the {plan.law} law, which shakes less than what was planned"))
+        pairs.append(("motion", f"the {plan.law} law: no plan that was found shakes less"))
     for law in plan.laws:
         if plan.feasible and law.figures is not None:
             pairs.append((law.name, _change_text(plan, law.figures)))

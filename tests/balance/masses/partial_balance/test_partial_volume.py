@@ -298,7 +298,8 @@ def test_a_front_in_steel_begins_with_nothing_added():
 def test_of_matter_that_leaves_nothing_the_least_is_added(density, minimise):
     """As much as the least counterweights, which another program finds."""
     links = ["crank", "rocker"]
-    space, motions = question("force")
+    space = balance.design_space("four_bar_general", balance="force")
+    motions = question("force")[1]
     least = balance.counterweights(space, links, density=density)
     found = balance.partial(
         space,

@@ -77,7 +77,7 @@ def counterweights_facts(
             else 0.0
         )
         added = (
-            f"{number_text(counterweights.added_mass, f'.{DIGITS}g')} kg, "
+            f"{number_text(counterweights.added_mass, f'.{_digits_of(counterweights)}g')} kg, "
             f"{number_text(share, '.3g')} "
             "times the given mass"
         )
@@ -111,7 +111,7 @@ def _moment_text(counterweights: Counterweights) -> str:
 def _objective_text(counterweights: Counterweights) -> str:
     """Say what was minimised, with the price of mass, and its value."""
     name, unit = counterweights.minimise, UNITS[counterweights.minimise]
-    digits = ROUGH_DIGITS if _roughly_known(counterweights) else DIGITS
+    digits = _digits_of(counterweights)
     value, whole = (
         number_text(x or 0.0, f".{digits}g")
         for x in (counterweights.value, counterweights.priced)
@@ -130,6 +130,11 @@ def _roughly_known(counterweights: Counterweights) -> bool:
     """Whether the optimum is known to `FILLING_GAP` alone: inertia of filled parts."""
     filled = any(weight.form is not None for weight in counterweights.weights)
     return filled and counterweights.minimise == "inertia"
+
+
+def _digits_of(counterweights: Counterweights) -> int:
+    """Return the number of digits to which an optimum is written."""
+    return ROUGH_DIGITS if _roughly_known(counterweights) else DIGITS
 
 
 def moved_facts(moved: Mapping[str, float]) -> list[tuple[str, str]]:

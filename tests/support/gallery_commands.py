@@ -99,7 +99,6 @@ design six_bar_watt --balance force --minimise change
 design fuga_i --require "force; dynamic at u1=0" --minimise change
 counterweights five_bar --balance force --links left_lower,right_lower
 counterweights five_bar --balance force --links all --shape disc=30mm
-counterweights four_bar_antiparallelogram --links all --points
 counterweights four_bar_general --balance force --links crank,rocker --speed 300rpm
 counterweights four_bar_general --balance force --links crank,rocker --minimise inertia
 counterweights four_bar_general --balance force --links crank,rocker --minimise rotor

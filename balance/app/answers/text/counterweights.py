@@ -244,7 +244,7 @@ def counterweights_body(counterweights: Counterweights, reduce: str = REDUCE) ->
     facts = Facts(counterweights_facts(counterweights, reduce), least=1)
     body: list[AnswerPart] = [counterweights.sentence, "", facts]
     if counterweights.z is not None:
-        digits = ROUGH_DIGITS if _roughly_known(counterweights) else DIGITS
+        digits = _digits_of(counterweights)
         rows = counterweight_rows(counterweights.weights, counterweights.regions, digits=digits)
         body += ["", AnswerTable(rows)]
     body += part_lines(counterweights.weights)

@@ -153,6 +153,9 @@ QUIET_EXCITED = 5e-3
 QUIET_POSE_MISSED = 1e-8
 # Gain of a step of a plan, relative to the shaking, below which it is at a minimum.
 QUIET_STEP_GAIN = 1e-4
+# Speed, acceleration or torque of an input over that of the input with most of it, up to which
+# the input of a plan has none: the accuracy of the conic solver.
+QUIET_INPUT_RESTS = 1e-6
 # Excess of the shaking over its bound up to which a motion is optimal: the discretisation.
 BOUND_REACHED = 0.01
 

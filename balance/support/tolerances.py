@@ -270,8 +270,8 @@ CAP_EXCEEDED = 1e-8
 # Shaking that matter at a new point would save, relative to that of the file: less adds no
 # point. The lightest of the designs of the least shaking may shake by this part more.
 LEAST_SHAKING_GAP = 1e-7
-# The same for a part of a region with matter of limited density: masses of a flat minimum are
-# known to about the root of it.
+# The same for a part of a region with matter of limited density, and of the mass, relative to
+# it, where that is least: masses of a flat minimum are known to about the root of it.
 LEAST_SHAKING_GAP_FILLED = 1e-10
 # Distance of the shaking from its proved bound, relative to the shaking of the file, up to
 # which it counts as the least.
@@ -332,6 +332,9 @@ DENSITY_GAP = 1e-4
 # up to which a link gets nothing.
 FILLING_GAP = 1e-4
 FILLED_MASS_ZERO = 1e-9
+# Quadratic part of the form of a filled part over its largest entry, up to which a plane bounds
+# it: the accuracy of a master program.
+CUT_BY_PLANE = 1e-8
 # Part of a shift of a form to which it is found; any shift proves a bound.
 SHIFT_ACCURACY = 1e-9
 # Share of the mass of a link that counts as none: the accuracy of the solver.

@@ -90,6 +90,55 @@ springs five_bar --between base,left_lower --gravity 0,-9.81,0
 models
 """.strip().splitlines()
 )
+# Commands that print figures of an optimum, many of them flat.
+OPTIMA = tuple(
+    """
+design four_bar_antiparallelogram --minimise mass --bounds coupler=0.5:5 --density steel
+design four_bar_kite --minimise change --thickness 0.02
+design six_bar_watt --balance force --minimise change
+design fuga_i --require "force; dynamic at u1=0" --minimise change
+counterweights five_bar --balance force --links left_lower,right_lower
+counterweights five_bar --balance force --links all --shape disc=30mm
+counterweights four_bar_general --balance force --links crank,rocker --speed 300rpm
+counterweights four_bar_general --balance force --links crank,rocker --minimise inertia
+counterweights four_bar_general --balance force --links crank,rocker --minimise rotor
+counterweights four_bar_general --balance force --links crank,rocker --move crank=30%
+counterweights four_bar_general --balance force --links crank,rocker --thickness 10mm
+counterweights four_bar_general --balance force --links crank,rocker --shape sector=15mm/20mm
+counterweights four_bar_general --require gravity --gravity 0,-9.81,0 --links crank,rocker
+reduce four_bar_general --balance force --links crank,rocker --budget 5
+reduce four_bar_general --balance force --links crank,rocker --budget 0.5 --minimise peak
+reduce four_bar_general --balance force --links crank,rocker --budget 0.6 --shape disc=20mm
+reduce four_bar_general --balance force --links crank,rocker --pareto 3 --speed 300rpm
+reduce four_bar_general --links crank,rocker --budget 1 --speed 300rpm --minimise torque
+reduce four_bar_general --links crank,rocker --budget 1 --speed 300rpm --minimise bearing
+reduce four_bar_general --links crank,rocker --budget 1 --speed 300rpm --minimise 1,2
+reduce four_bar_general --links crank,rocker --budget 1 --speed 300rpm --frame 50,5,1e5,100
+reduce four_bar_general --links crank,rocker --budget 1 --speed 300rpm --max-torque u1=100
+reduce four_bar_general --links crank,rocker --budget 3 --require "force; dynamic" --weights 2,1
+reduce five_bar --links all --budget 2 --points
+reduce five_bar --balance force --links all --budget 9
+reduce slider_crank --balance force --links crank --budget 1 --speed 300rpm --density lead
+reduce zero_reaction_arm --links link1,link2 --budget 1 --points
+remedies four_bar_general --only separate_rotors,counter_rotary_masses
+remedies four_bar_general --only passive_wheel,moving_mass,free_joint,partial --density steel
+remedies slider_crank --only balance_shafts,force_masses,pantograph,harmonic_springs
+remedies double_pendulum_duplicates --only own_masses,force_masses
+quiet five_bar --to u1=0.5,u2=-0.3 --duration 0.5 --measure peak
+quiet five_bar --to u1=0.5,u2=-0.3 --via u1=0.3 --duration 1
+quiet five_bar --to u1=0.5,u2=-0.3 --cycle --harmonics 5 --natural-frequency 2.5
+quiet four_bar_general --to u1=0.5 --straight --max-torque 20
+quiet two_rrr --to a1=0.2,b1=0.1 --duration 1
+paths five_bar --moment-only --factors left_lower=0.5,2 --length 0.2
+paths three_rrr --moment-only --length 0.2 --fan 3
+springs five_bar --between base,left_lower --between base,right_lower --gravity 0,-9.81,0
+synthesize --positions "0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70" --kind slider-crank
+synthesize --positions "0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,10" --kind stack
+synthesize --positions "0.3,0.1,11; 0.1,0.4,-40" --fixed 0,0
+identify four_bar_general --plan --duration 2 --tries 10
+verify four_bar_general --speed 300rpm
+""".strip().splitlines()
+)
 
 # Some of all these, for each kind of answer that needs no kernels of sweeps.
 SAMPLE = (
@@ -122,7 +171,7 @@ def all_commands() -> list[str]:
         for command in model_commands(model)
         if command not in UNDETERMINED
     ]
-    return models + file_commands() + list(OTHER)
+    return models + file_commands() + list(OTHER) + list(OPTIMA)
 
 
 def words_of(command: str) -> list[str]:

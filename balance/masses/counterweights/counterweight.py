@@ -14,10 +14,12 @@ from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.mass_table import MassTable, mass_table
 from balance.support.materials import MATERIALS
-from balance.support.tolerances import PLACED_AS_TAKEN
+from balance.support.tolerances import CUT_BY_PLANE, MASSES_EQUAL, PLACED_AS_TAKEN
+from balance.support.vector_digits import vector_digits
 from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import count_noun, number_text, vector_text
 
 DENSITIES = {name: MATERIALS[name] for name in ("steel", "tungsten")}
@@ -25,6 +27,10 @@ DENSITIES = {name: MATERIALS[name] for name in ("steel", "tungsten")}
 
 MOST_LUMPS = 4
 """Most lumps of a counterweight that are listed one by one."""
+
+NORMAL_DIGITS = 3
+"""Decimals of the normal of a plane that bounds a counterweight: a flat minimum leaves it free
+to about 1e-4."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +76,9 @@ class Counterweight:
     @property
     def cut(self) -> tuple[Array, float] | None:
         """Unit normal n (3,) and distance d, m, if the part is ``n·x > d`` in the region."""
-        if self.form is None or self.form[:3, :3].any():
+        if self.form is None:
+            return None
+        if np.abs(self.form[:3, :3]).max() > CUT_BY_PLANE * np.abs(self.form).max():
             return None
         size = float(np.linalg.norm(self.form[:3, 3]))
         if size == 0.0:
@@ -86,7 +94,8 @@ class Counterweight:
         if self.cut is None:
             return share
         normal, distance = self.cut
-        return f"{share}: beyond {number_text(distance)} m along {vector_text(normal)}"
+        along = f"({vector_digits(normal, NORMAL_DIGITS)})"
+        return f"{share}: beyond {number_text(distance)} m along {along}"
 
     @property
     def mean_density(self) -> float:
@@ -131,14 +140,15 @@ class Counterweight:
 
 
 def counterweight_of(link: str, region: Region, lumps: Lumps, unit: float) -> Counterweight:
-    """Make the counterweight of a link from its lumps.
+    """Make the counterweight of a link from its lumps, the heaviest first.
 
     Args:
         link: name of the link.
         lumps: point masses in the unit coordinates of the region.
         unit: kilograms per unit of their mass.
     """
-    masses, points = unit * lumps.masses, region.to_link(lumps.points)
+    order = _heaviest_first(lumps)
+    masses, points = unit * lumps.masses[order], region.to_link(lumps.points[order])
     # One lump has no inertia about its centre; the difference of two terms leaves round-off.
     mass, com, inertia = float(masses[0]), points[0], np.zeros((3, 3))
     if len(masses) > 1:
@@ -150,6 +160,16 @@ def counterweight_of(link: str, region: Region, lumps: Lumps, unit: float) -> Co
         else ()
     )
     return Counterweight(link, mass, freeze(com), freeze(inertia), listed, region)
+
+
+def _heaviest_first(lumps: Lumps) -> list[int]:
+    """Order lumps by mass, and those of equal mass by their coordinates, largest first."""
+    order = list(range(lumps.masses.size))
+    columns = [*lumps.points.T[::-1], lumps.masses]
+    for column, size in zip(columns, (1.0, 1.0, 1.0, 0.0), strict=True):
+        ranks = rank_least_first((-column[order]).tolist(), size, MASSES_EQUAL)
+        order = [order[k] for k in ranks]
+    return order
 
 
 def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -> Counterweight:

@@ -36,7 +36,7 @@ from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.materials import Density, density_in_si
 from balance.support.options import Balance
-from balance.support.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
+from balance.support.tolerances import GROWTH_RELATIVE, MASS_GAP
 from balance.support.units import length_in_si
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike
@@ -236,7 +236,7 @@ def _single_relaxations(
     masses = [relaxation.mass for relaxation in more]
     return (
         *(grown[k] for k in rank_least_first(factors, relative=2.0 * GROWTH_RELATIVE)),
-        *(more[k] for k in rank_least_first(masses, relative=BOUND_RELATIVE)),
+        *(more[k] for k in rank_least_first(masses, relative=2.0 * MASS_GAP)),
     )
 
 

@@ -32,7 +32,6 @@ see `balance.masses.counterweights.moved_matter`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -62,10 +61,11 @@ from balance.support.clarabel_adapter import (
 )
 from balance.support.tolerances import (
     CAP_EXCEEDED,
+    FIXED_RANK_RELATIVE,
     LEAST_SHAKING_GAP,
     LEAST_SHAKING_GAP_FILLED,
-    MASS_GAP,
     PRICE_ZERO,
+    SHAKING_GAP_PROVED,
     SOLVER_RESIDUAL,
 )
 from kinematics.model.arrays import freeze
@@ -149,8 +149,11 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
     if minimiser is None:
         return work.conflict()
     bound, forms, shares = work.bound(), work.forms, work.shares
-    if work.price * work.room <= PRICE_ZERO * work.scale:
-        lighter = work.solve(program.value(minimiser))
+    # Where nothing is left to shake, the price of mass is round-off.
+    least = program.value(minimiser)
+    nothing_left = least <= SHAKING_GAP_PROVED * work.scale
+    if nothing_left or work.price * work.room <= PRICE_ZERO * work.scale:
+        lighter = work.solve(least)
         if lighter is not None:
             minimiser, forms, shares = lighter, work.forms, work.shares
     # The solver keeps the budget to its accuracy only; less of the same matter is in the cones.
@@ -166,6 +169,24 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
 def removed_by(program: ShakingProgram, shares: Array) -> Array:
     """Compute the coordinates (count,) of what shares (links,) take from the given masses."""
     return triangles(shares[:, None, None] * program.taken.matter).reshape(-1)
+
+
+class _LoadRows(NamedTuple):
+    """Rows of the loads in the variables of the cones, relative to ``scale``.
+
+    Attributes:
+        rows: rows (n, variables).
+        constants: their constants (n,).
+        parts: their cones.
+        heads: rows to which the bound of a load is added.
+        back: matrix (loads, n) from multipliers of the rows to those of the loads.
+    """
+
+    rows: Array
+    constants: Array
+    parts: list[ConstraintBlock]
+    heads: Array
+    back: Array
 
 
 class _Work:
@@ -280,7 +301,7 @@ class _Work:
         shifts = self.taken.shifts(self.program.stocks, forms, price)
         self.forms = shifted(forms, shifts)
         size = float(self.program.matter.masses @ s) if lighter else self.scale
-        gap = MASS_GAP / self.unit if lighter else LEAST_SHAKING_GAP_FILLED
+        gap = LEAST_SHAKING_GAP_FILLED / (self.unit if lighter else 1.0)
         gain = float(self.taken.gains(forms, shifts, price).sum())
         gain += price * float(self.shares @ self.taken.masses)
         gain -= float(triangles(forms).reshape(-1) @ s)
@@ -308,7 +329,8 @@ class _Work:
     def _add_samples(self, s: Array) -> bool:
         """Add samples at which caps or the largest load are exceeded most; whether any are."""
         load = max(float(np.linalg.norm(A @ np.append(s, 1.0))) for A in self.blocks)
-        grown = self.program.value(s) > load * (1.0 + CAP_EXCEEDED)
+        most = load * (1.0 + CAP_EXCEEDED) + SOLVER_RESIDUAL * self.scale
+        grown = self.program.value(s) > most
         if grown:
             largest = self.program.largest_samples(s, SAMPLES_AT_ONCE)
             self.samples += [k for k in largest if k not in self.samples]
@@ -329,13 +351,14 @@ class _Work:
         T = self.unit * _block_diagonal([triangles(cone.matrices).T for cone in cones])
         cone_rows = _block_diagonal([cone.rows for cone in cones])
         self.blocks = self.program.blocks(self.samples)
-        blocks, parts = self._load_blocks(T)
-        rows = np.vstack([cone_rows, *(A for A, _ in blocks)])
-        offset = np.concatenate([*(cone.constants for cone in cones), *(b for _, b in blocks)])
+        none_left = limit is not None and limit <= SHAKING_GAP_PROVED * self.scale
+        loads = self._none_left(T) if none_left else self._bounded_loads(T)
+        rows, offset, parts = self._limit_rows(T, loads)
+        rows = np.vstack([cone_rows, rows])
+        offset = np.concatenate([*(cone.constants for cone in cones), offset])
         parts = [*(part for cone in cones for part in cone.parts), *parts]
-        heights = [len(A) + 1 for A in self.blocks]
         last = np.cumsum([len(cone.matrices) for cone in cones])[taken.links] - 1
-        size, at = T.shape[1], len(cone_rows) + 1 + np.cumsum([0, *heights[:-1]])
+        size, at = T.shape[1], len(cone_rows) + 1 + loads.heads
         if limit is None:
             q, t = np.append(np.zeros(size), 1.0), np.zeros((len(rows), 1))
             t[at] = 1.0
@@ -346,7 +369,8 @@ class _Work:
             offset[at] = loosened_limit(limit / self.scale)
         solution = solve_conic(q, rows, offset, parts)
         if limit is None or self.parts:
-            self._read_multipliers(solution.dual[len(cone_rows) :], limit is not None)
+            dual = solution.dual[len(cone_rows) :]
+            self._read_multipliers(loads, dual, limit is not None)
         if solution.infeasible or not np.isfinite(solution.x).all():
             return None
         self.shares[taken.links] = solution.x[last]
@@ -360,20 +384,41 @@ class _Work:
             return lump_cone(self.points[k])
         return moment_cone(self.regions[k])
 
-    def _load_blocks(self, T: Array) -> tuple[list[tuple[Array, Array]], list[ConstraintBlock]]:
-        """Build rows and constants of the budget, the load and the caps, and their cones."""
+    def _bounded_loads(self, T: Array) -> _LoadRows:
+        """Build rows of loads whose size has a bound, which is added to the first of each."""
+        pairs = [bounded_rows(A / self.scale, 0.0, T) for A in self.blocks]
+        rows, constants = (np.concatenate(part) for part in zip(*pairs, strict=True))
+        heights = [len(A) + 1 for A in self.blocks]
+        heads = np.cumsum([0, *heights[:-1]])
+        parts = [ConstraintBlock("second_order", height) for height in heights]
+        back = np.delete(np.eye(len(rows)), heads, axis=0)
+        return _LoadRows(rows, constants, parts, heads, back)
+
+    def _none_left(self, T: Array) -> _LoadRows:
+        """Build equations of no load, of full rank: cones of no size have no interior."""
+        A = np.concatenate(self.blocks) / self.scale
+        U, values, V = np.linalg.svd(A[:, :-1] @ T, full_matrices=False)
+        kept = values > FIXED_RANK_RELATIVE * values[0]
+        rows, back = values[kept, None] * V[kept], U[:, kept]
+        parts = [ConstraintBlock("zero", len(rows))]
+        return _LoadRows(rows, back.T @ A[:, -1], parts, np.empty(0, dtype=int), back)
+
+    def _limit_rows(
+        self, T: Array, loads: _LoadRows
+    ) -> tuple[Array, Array, list[ConstraintBlock]]:
+        """Build rows and constants of the budget, the loads and the caps, and their cones."""
         mass = self.program.matter.masses @ T
         blocks = [(-mass[None] / self.room, np.array([self.budget / self.room]))]
-        blocks += [bounded_rows(A / self.scale, 0.0, T) for A in self.blocks]
-        parts = [ConstraintBlock("nonnegative", 1)]
-        parts += [ConstraintBlock("second_order", len(A) + 1) for A in self.blocks]
+        blocks.append((loads.rows, loads.constants))
+        parts = [ConstraintBlock("nonnegative", 1), *loads.parts]
         for cap, chosen in zip(self.program.caps, self.active, strict=True):
             for columns in cap.columns[chosen] / cap.most:
                 blocks.append(bounded_rows(columns, 1.0, T))
                 parts.append(ConstraintBlock("second_order", len(columns) + 1))
-        return blocks, parts
+        rows, offset = (np.concatenate(part) for part in zip(*blocks, strict=True))
+        return rows, offset, parts
 
-    def _read_multipliers(self, dual: Array, lighter: bool) -> None:
+    def _read_multipliers(self, loads: _LoadRows, dual: Array, lighter: bool) -> None:
         """Keep the multipliers of budget, load and caps.
 
         They are in SI units where the load is minimised; where the mass is, that has the price
@@ -381,15 +426,15 @@ class _Work:
         """
         scale = 1.0 if lighter else self.scale
         self.price = max(0.0, float(dual[0])) * scale / self.room
-        ends = 1 + np.cumsum([0, *(len(A) + 1 for A in self.blocks)])
-        at = int(ends[-1])
-        pieces = [-dual[start + 1 : end] for start, end in pairwise(ends)]
+        at = 1 + len(loads.rows)
+        u = -loads.back @ dual[1:at]
         # The multiplier of t is 1; in a certificate that there is nothing, it is 0.
-        u, of_t = np.concatenate(pieces), float(dual[ends[:-1]].sum())
+        of_t = float(dual[1 + loads.heads].sum())
         self.u = np.zeros(len(u))
         if lighter:
             self.price, self.u = self.price + 1.0 / self.unit, u / self.scale
         elif of_t > MULTIPLIER_HALF:
+            pieces = np.split(u, np.cumsum([len(A) for A in self.blocks])[:-1])
             self.u = u / max(1.0, sum(float(np.linalg.norm(piece)) for piece in pieces))
         for k, (cap, chosen) in enumerate(zip(self.program.caps, self.active, strict=True)):
             width = cap.columns.shape[1] + 1

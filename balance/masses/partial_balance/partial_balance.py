@@ -135,16 +135,18 @@ class PartialBalance(WithPage, WithPicture):
         before, after = getattr(self.given, part), getattr(self.shaking, part)
         least = SHAKING_GAP_PROVED * before
         if part != "vibration":
-            arm = 1.0 if part == "force" else self.space.linkage.spatial_chain.frame.length
-            least = max(least, arm * self._round_off)
+            least = max(least, self.round_off_of(part))
         return change_text(before, after, unit, least)
 
-    @property
-    def _round_off(self) -> float:
-        """Shaking force up to which round-off decides it, N; large at a singularity."""
+    def round_off_of(self, part: str) -> float:
+        """Compute the ``force``, N, or ``moment``, N m, up to which round-off decides it.
+
+        It is large at a singularity.
+        """
         near = min(motion.conditioning for motion in self.motions) < CONDITIONING_NOTICE
         share = SINGULAR_MOTION_DETERMINED if near else SHAKING_RELATIVE
-        return share * max(self.given.bearing.values(), default=0.0)
+        arm = 1.0 if part == "force" else self.space.linkage.spatial_chain.frame.length
+        return arm * share * max(self.given.bearing.values(), default=0.0)
 
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:

@@ -17,6 +17,7 @@ from balance.masses.designs.feasibility import Feasibility, feasible
 from balance.space.certification.certify_space import certify
 from balance.space.requirements.recompute_spatial import recompute_spatial
 from balance.space.spaces.design_space import DesignSpace
+from balance.support.vector_digits import vector_digits
 from kinematics.wording import number_text
 
 # Distance from the middle of a region, of its size, from which matter is at its rim.
@@ -24,7 +25,7 @@ AT_RIM = 0.999
 # How a reason begins to say which matter is at a rim; see `rim_text`.
 RIM = "; at the rim of the regions of "
 # Grams and millimetres in a unit of SI, and how they are written.
-WORKSHOP, MASS_FORM, PLACE_FORM = 1e3, ".4g", ".3g"
+WORKSHOP, MASS_FORM, PLACE_DIGITS = 1e3, ".4g", 3
 # Why nothing is proved of a geometry that is special but for the last digits of its lengths.
 ROUNDED = (
     "matter in these regions does not balance it, and its lengths are rounded, so that no "
@@ -81,9 +82,9 @@ def places_text(weights: Sequence[Counterweight]) -> str:
     parts = []
     for weight in weights:
         size = WORKSHOP * weight.region.size
-        at = [number_text(x, PLACE_FORM, size) for x in (WORKSHOP * weight.com).tolist()]
+        at = vector_digits(WORKSHOP * weight.com, PLACE_DIGITS, size)
         grams = number_text(WORKSHOP * weight.mass, MASS_FORM)
-        parts.append(f"{weight.link} {grams} g at ({', '.join(at)})")
+        parts.append(f"{weight.link} {grams} g at ({at})")
     return f"; centres in link frames of the file, mm: {', '.join(parts)}" if parts else ""
 
 

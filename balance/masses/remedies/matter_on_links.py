@@ -84,11 +84,18 @@ def with_moment_left(
     if len(made.joints) > len(given.joints):
         moved = [drive(made, each.time, each.u, each.ud, each.udd) for each in motions]
     before, after = _root_mean_squares(given, motions), _root_mean_squares(made, moved)
-    force = measure_shaking(made, moved).force
-    if not force <= SHAKING_RELATIVE:
-        reason = describe_residual(force)
+    shaking = measure_shaking(made, moved)
+    if not shaking.force <= SHAKING_RELATIVE:
+        reason = describe_residual(shaking.force)
         return replace(blank, reason=reason)
-    residual = after[1] / before[1] if before[1] > 0.0 else 0.0
+    balances = shaking.moment <= SHAKING_RELATIVE
+    residual = 0.0 if balances or before[1] == 0.0 else after[1] / before[1]
+    moment = (
+        ", and no moment"
+        if balances
+        else f"; the moment is {number_text(residual, '.3g')} times that of the file "
+        f"({number_text(after[1], '.3g')} N m, root mean square along random motions of 1 s)"
+    )
     details = {
         "motions": f"{MOTIONS} random motions of 1 s",
         "force_before": before[0],
@@ -96,11 +103,7 @@ def with_moment_left(
         "moment_before": before[1],
         "moment_after": after[1],
     }
-    reason = (
-        f"no force is left; the moment is {number_text(residual, '.3g')} times that of the "
-        f"file ({number_text(after[1], '.3g')} N m, root mean square along random motions of "
-        f"1 s){balanced.places}{balanced.rim}"
-    )
+    reason = f"no force is left{moment}{balanced.places}{balanced.rim}"
     done = replace(
         blank,
         verdict="partial",

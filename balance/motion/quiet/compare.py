@@ -28,6 +28,7 @@ from balance.motion.quiet.problem import nearest_poses
 from balance.motion.quiet.quiet_motion_result import ComparedLaw, MotionFigures, QuietMotion
 from balance.motion.quiet.sampled_loads import SampledPoses
 from balance.motion.verification.input_paths import InputPath
+from kinematics.errors import PoseError
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
@@ -98,11 +99,17 @@ def compare_with_laws(
         passed: closed poses that every motion passes; by default the ends of the line.
         at: times at which the plan passes the poses of the problem.
         cycle: whether it is a cycle.
+
+    Raises:
+        PoseError: loops close along neither the plan nor a law.
     """
     model, objective, limits = problem.model, problem.objective, problem.limits
-    measured = measure_path(problem, duration, path, nearby)
-    assert measured is not None
-    (after, excess), name = measured, "planned"
+    measured, name = measure_path(problem, duration, path, nearby), "planned"
+    if measured is None:
+        # Loops that close at the samples of the plan do not close between them.
+        name, path, measured = _first_followed(problem, duration, laws, line)
+        nearby, at, convex = line, None, False
+    after, excess = measured
     exceeded = exceeded_limit(model.linkage, limits, excess)
     exceeded = exceeded or _excited_frequency(problem, duration, path, nearby)
     exceeded = exceeded or _missed_pose(problem, path, at, nearby)
@@ -145,6 +152,22 @@ def compare_with_laws(
         notices=model.linkage.notices,
         gravity=tuple(model.gravity.tolist()),
     )
+
+
+def _first_followed(
+    problem: QuietProblem, duration: float, laws: Sequence[InputPath], line: SampledPoses
+) -> tuple[str, InputPath, tuple[MotionFigures, Array]]:
+    """Return name, motion and measures of the first law along which loops close.
+
+    Raises:
+        PoseError: there is none.
+    """
+    for name, law in zip(LAWS, laws, strict=True):
+        measured = measure_path(problem, duration, law, line)
+        if measured is not None:
+            return name, law, measured
+    source = problem.model.linkage.source
+    raise PoseError(f"{source}: the loops cannot be closed between the poses")
 
 
 def exceeded_limit(

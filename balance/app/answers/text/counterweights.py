@@ -8,21 +8,27 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
-from balance.app.answers.text.design import FORCE_ONLY, REDUCE, other_ways, vector_digits
+from balance.app.answers.text.design import FORCE_ONLY, REDUCE, other_ways
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.counterweights.counterweight import DENSITIES, Counterweight
 from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.designs.density import STEEL
 from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.support.change_text import grows
-from balance.support.tolerances import MASSES_EQUAL
-from kinematics.numerics.linalg.ties import first_largest
+from balance.support.tolerances import FILLING_GAP, MASS_GAP, MASSES_EQUAL
+from balance.support.vector_digits import vector_digits
+from kinematics.numerics.linalg.ties import first_largest, round_decimals
 from kinematics.wording import number_text, size_text
 
 UNITS = {"mass": "kg", "inertia": "kg m²", "rotor": "kg m²"}
 CUBIC_CENTIMETRES = 1e6
 DIGITS = 5
+# The same where moments of inertia are least, and those of the moments then: the optimum is
+# known to 1e-4, and flat.
+ROUGH_DIGITS, MOMENT_DIGITS = 3, 2
 # Rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
 ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 # Added mass, over the given mass, above which partial balance is named.
@@ -61,7 +67,8 @@ def counterweights_facts(
             (f"region {name}", region.words + default * (name in counterweights.chosen))
         )
     if counterweights.value is not None:
-        gap = size_text(counterweights.gap or 0.0, floor=MASSES_EQUAL)
+        floor = FILLING_GAP if _roughly_known(counterweights) else MASSES_EQUAL
+        gap = size_text(counterweights.gap or 0.0, floor=floor)
         what = _objective_text(counterweights)
         pairs.append(("minimised", f"{what}; gap to its proved bound {gap} of it"))
         share = (
@@ -70,7 +77,7 @@ def counterweights_facts(
             else 0.0
         )
         added = (
-            f"{number_text(counterweights.added_mass, f'.{DIGITS}g')} kg, "
+            f"{number_text(counterweights.added_mass, f'.{_digits_of(counterweights)}g')} kg, "
             f"{number_text(share, '.3g')} "
             "times the given mass"
         )
@@ -104,8 +111,9 @@ def _moment_text(counterweights: Counterweights) -> str:
 def _objective_text(counterweights: Counterweights) -> str:
     """Say what was minimised, with the price of mass, and its value."""
     name, unit = counterweights.minimise, UNITS[counterweights.minimise]
+    digits = _digits_of(counterweights)
     value, whole = (
-        number_text(x or 0.0, f".{DIGITS}g")
+        number_text(x or 0.0, f".{digits}g")
         for x in (counterweights.value, counterweights.priced)
     )
     moving = f" + {number_text(counterweights.price_of_moving)}"
@@ -116,6 +124,17 @@ def _objective_text(counterweights: Counterweights) -> str:
     price = f" + {number_text(counterweights.price)} m² × added mass"
     what = f"{name}{price if counterweights.price else ''}{moving}"
     return f"{what}: {whole} {unit}, of which {name} {value} {unit}"
+
+
+def _roughly_known(counterweights: Counterweights) -> bool:
+    """Whether the optimum is known to `FILLING_GAP` alone: inertia of filled parts."""
+    filled = any(weight.form is not None for weight in counterweights.weights)
+    return filled and counterweights.minimise == "inertia"
+
+
+def _digits_of(counterweights: Counterweights) -> int:
+    """Return the number of digits to which an optimum is written."""
+    return ROUGH_DIGITS if _roughly_known(counterweights) else DIGITS
 
 
 def moved_facts(moved: Mapping[str, float]) -> list[tuple[str, str]]:
@@ -193,15 +212,19 @@ def counterweight_rows(
 
     Args:
         links: links that may get matter: those that get none are named too.
-        digits: significant digits of masses and positions.
+        digits: significant digits of masses, as far as all of them are known to `MASS_GAP` of
+            their sum, and of positions.
         nothing: what these get, in words.
     """
     metals = tuple(f"{name} (cm³)" for name in DENSITIES)
     head = ("link", f"mass ({units.mass})", f"position, link frame ({units.length})", *metals)
     rows: list[tuple[str, ...]] = [head]
+    total = sum(weight.mass for weight in weights)
+    decimals = -int(np.floor(np.log10(MASS_GAP * total))) if total > 0.0 else 0
     for weight in weights:
         parts = [(lump.mass, lump.position) for lump in weight.lumps]
-        for mass, position in parts or [(weight.mass, weight.com)]:
+        for known, position in parts or [(weight.mass, weight.com)]:
+            mass = float(round_decimals(known, decimals))
             size = units.per_si * weight.region.size
             place = vector_digits(units.per_si * position, digits, size)
             volumes = (
@@ -221,12 +244,14 @@ def counterweights_body(counterweights: Counterweights, reduce: str = REDUCE) ->
     facts = Facts(counterweights_facts(counterweights, reduce), least=1)
     body: list[AnswerPart] = [counterweights.sentence, "", facts]
     if counterweights.z is not None:
-        rows = counterweight_rows(counterweights.weights, counterweights.regions)
+        digits = _digits_of(counterweights)
+        rows = counterweight_rows(counterweights.weights, counterweights.regions, digits=digits)
         body += ["", AnswerTable(rows)]
     body += part_lines(counterweights.weights)
+    moment_digits = MOMENT_DIGITS if _roughly_known(counterweights) else DIGITS
     for weight in counterweights.weights:
         if not weight.lumps:
-            moments = vector_digits(weight.inertia[ENTRIES], DIGITS)
+            moments = vector_digits(weight.inertia[ENTRIES], moment_digits)
             verb = "needs" if weight.form is None else "has"
             body.append(
                 f"{weight.link} {verb} about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "

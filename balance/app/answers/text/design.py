@@ -16,14 +16,8 @@ from balance.masses.designs.best_design import Design
 from balance.masses.designs.density import AIR, STEEL
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
-from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.ties import round_decimals
-from kinematics.wording import (
-    number_text,
-    round_to_ten_digits,
-    size_text,
-    without_round_off,
-)
+from balance.support.vector_digits import vector_digits
+from kinematics.wording import number_text, size_text
 
 UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
 # The command for partial balance, where the words of the request are not at hand.
@@ -272,17 +266,3 @@ def _row(body: BodyInertia, length: float) -> tuple[str, ...]:
         )
     )
     return body.name, number_text(body.mass, f".{DIGITS}g"), com, moments
-
-
-def vector_digits(vector: Array, digits: int = DIGITS, scale: float = 0.0) -> str:
-    """Format numbers to the last decimal place of the largest one.
-
-    Args:
-        vector: the numbers (n,).
-        digits: significant digits of the largest one.
-        scale: a size in the unit of the numbers; those below `WRITTEN_AS_ZERO` of it are 0.
-    """
-    vector = without_round_off(vector, scale)
-    largest = round_to_ten_digits(float(np.abs(vector).max()))
-    place = digits - 1 - int(np.floor(np.log10(largest))) if largest else 0
-    return ", ".join(f"{x + 0.0:.{digits}g}" for x in round_decimals(vector, place).tolist())

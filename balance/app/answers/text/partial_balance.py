@@ -72,12 +72,14 @@ def _shaking_facts(
     """List force and moment, before and after, and how far tables let them be off."""
     pairs = []
     for name, unit in (("force", "N"), ("moment", "N m")):
-        before, after = getattr(best.given, name), getattr(shaking, name)
-        text = (
-            f"{unit_text(before, unit)} before, "
-            f"{unit_text(after, unit, FORM, before, SHAKING_GAP_PROVED)} after (rms)"
-            f"{_growth_text(front, name) if grows(before, after) else ''}"
+        sizes = getattr(best.given, name), getattr(shaking, name)
+        least = best.round_off_of(name)
+        scale = max(sizes[0], least / SHAKING_GAP_PROVED)
+        before, after = (
+            unit_text(size, unit, FORM, scale, SHAKING_GAP_PROVED) for size in sizes
         )
+        growth = _growth_text(front, name) if grows(*sizes, least) else ""
+        text = f"{before} before, {after} after (rms){growth}"
         pairs.append((name, text))
     if best.given.force_off > 0.0 or shaking.force_off > 0.0:
         pairs.append(("tables", _rounding_text(best)))

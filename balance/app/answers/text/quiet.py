@@ -11,6 +11,7 @@ import numpy as np
 
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerTable, Facts
 from balance.app.answers.text.linkage import linkage_facts
+from balance.motion.motion_tolerances import QUIET_INPUT_RESTS
 from balance.motion.quiet.quiet_motion_result import MotionFigures, QuietMotion
 from kinematics.numerics.array_types import Array
 from kinematics.wording import count_noun, number_text, vector_text
@@ -62,7 +63,7 @@ def quiet_facts(plan: QuietMotion) -> list[tuple[str, str]]:
         pairs.append(("not excited", f"{frequencies} Hz"))
     pairs.append(("verdict", plan.words))
     if plan.law != "planned":
-        pairs.append(("motion", f"the {plan.law} law, which shakes less than what was planned"))
+        pairs.append(("motion", f"the {plan.law} law: no plan that was found shakes less"))
     for law in plan.laws:
         if plan.feasible and law.figures is not None:
             pairs.append((law.name, _change_text(plan, law.figures)))
@@ -117,8 +118,14 @@ def _input_rows(plan: QuietMotion) -> list[tuple[str, ...]]:
         upper[4],
     )
     rows: list[tuple[str, ...]] = [INPUT_HEAD]
+    peaks = after.velocity, after.acceleration, after.torque
+    scales = [0.0] * len(columns)
+    scales[2::2] = (float(np.max(column, initial=0.0)) for column in peaks)
     for name, *values in zip(plan.linkage.inputs, *columns, strict=True):
-        texts = (number_text(x) if isfinite(x) else MISSING for x in map(float, values))
+        texts = (
+            number_text(x, scale=scale, floor=QUIET_INPUT_RESTS) if isfinite(x) else MISSING
+            for x, scale in zip(map(float, values), scales, strict=True)
+        )
         rows.append((name, *texts))
     return rows
 

@@ -12,7 +12,7 @@ from balance.masses.partial_balance.least_violation import LeastViolation
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text
 
-DIGITS = 4
+DIGITS, FORM = 4, ".4g"
 HEAD = ("requirement", "weight", "missed by before", "after", "multiplier", "part of the sum")
 
 
@@ -27,9 +27,9 @@ def violation_body(answer: LeastViolation) -> AnswerBody:
             (
                 item.text,
                 number_text(item.weight),
-                _missed_text(item.before, item.before),
-                _missed_text(after, item.before),
-                _missed_text(multiplier, item.before**2),
+                size_text(item.before, FORM),
+                _missed_text(after),
+                _missed_text(multiplier),
                 f"{part:.0%}",
             )
         )
@@ -37,7 +37,7 @@ def violation_body(answer: LeastViolation) -> AnswerBody:
     facts += [
         ("verdict", answer.words),
         ("minimised", "weighted sum of squares of what requirements miss, without units"),
-        ("bound", f"root of the sum at least {_missed_text(answer.bound, 1.0)}"),
+        ("bound", f"root of the sum at least {_missed_text(answer.bound)}"),
         ("added", f"{number_text(answer.mass)} kg of {number_text(answer.budget)} kg"),
     ]
     body: list[AnswerPart] = [Facts(facts), "", AnswerTable(rows, "<>")]
@@ -47,6 +47,6 @@ def violation_body(answer: LeastViolation) -> AnswerBody:
     return body
 
 
-def _missed_text(size: float, before: float) -> str:
+def _missed_text(size: float) -> str:
     """Write what a requirement misses, as a bound if it is within the solver's accuracy."""
-    return size_text(size, f".{DIGITS}g", before or 1.0, SHAKING_GAP_PROVED)
+    return size_text(size, FORM, floor=SHAKING_GAP_PROVED)

@@ -144,3 +144,14 @@ def test_what_has_no_requirements_is_refused(given, more, told):
         given = given("four_bar_general", *(["force"] if given is balance.require else []))
     with pytest.raises(UsageError, match=told):
         least_violation(given, LINKS, 1.0, **more)
+
+
+@pytest.mark.slow
+def test_of_matter_that_meets_all_requirements_the_least_is_added():
+    """As much as the least counterweights, which another program finds."""
+    links = ["left_upper", "left_lower", "right_upper", "right_lower"]
+    space = balance.require("fuga_i", "force; dynamic at u1=0")
+    answer = least_violation(space, links, 1.0)
+    assert answer.verdict == "optimal" and answer.total < 1e-12
+    least = balance.counterweights(space, links, density=None)
+    assert answer.mass == pytest.approx(least.added_mass, rel=1e-6)

@@ -291,3 +291,23 @@ def test_a_front_in_steel_begins_with_nothing_added():
     )
     assert masses[2] == pytest.approx(least.added_mass, rel=1e-4)
     assert front.designs[2].share <= 1e-6
+
+
+@pytest.mark.parametrize("minimise", ["rms", pytest.param("peak", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("density", [STEEL, None])
+def test_of_matter_that_leaves_nothing_the_least_is_added(density, minimise):
+    """As much as the least counterweights, which another program finds."""
+    links = ["crank", "rocker"]
+    space = balance.design_space("four_bar_general", balance="force")
+    motions = question("force")[1]
+    least = balance.counterweights(space, links, density=density)
+    found = balance.partial(
+        space,
+        links,
+        2.0 * least.added_mass,
+        motions=motions,
+        density=density,
+        minimise=minimise,
+    )
+    assert found.verdict == "optimal" and found.share < 1e-9
+    assert found.mass == pytest.approx(least.added_mass, rel=1e-7)

@@ -294,3 +294,12 @@ def test_the_widest_limits_are_none():
         assert limits.spans[0] == 1.0
         least = np.full((5, 1), 1e-300)
         assert InputLimits(-least, least).excess(3, np.array([[1e200]])) == np.inf
+
+
+def test_where_loops_do_not_close_along_a_plan_a_law_is_kept():
+    """The plan of least moment leaves the workspace between its samples."""
+    plan = balance.quiet_motion(
+        "five_bar", [0.0, 0.0], [0.5, -0.3], 1.0, minimise="moment", acceleration=20.0
+    )
+    assert plan.exceeded is None
+    assert plan.after.value <= min(law.figures.value for law in plan.laws if law.figures)

@@ -301,6 +301,9 @@ LUMP_ON_SURFACE = 1e-6
 LUMP_RESIDUAL = 1e-15
 # Error of the moments of lumps, relative to their mass, up to which they are fitted.
 LUMP_FIT = 1e-12
+# Part of the conditions of a lump that others do not replace, up to which they do: the conic
+# solver leaves errors of 1e-9 in the positions of lumps.
+LUMPS_ALIKE = 1e-7
 # Spread of matter about its centre in unit coordinates, squared, up to which it is one lump.
 LUMP_SPREAD = 1e-8
 # Residual of the conditions with counterweights over the sum of the parts of the bodies.

@@ -129,7 +129,19 @@ def motion_workspace(chain: Chain) -> tuple[object, ...]:
     )
 
 
-@kernel
+def _regressors_at_by_arrays(chain, links, sample, workspace, carried):
+    """Compute regressors as `_regressors_at` does: those of all bodies at once."""
+    q, speed, change = sample
+    series, (H, N, X, _), (pose, scratch, both) = workspace
+    place_links(chain[0], chain[1], q, pose, carried, scratch)
+    spatial_series(0, 1, 0, 1, chain, carried, speed, series)
+    X[:] = 0.0
+    spatial_regressor(0, 1, 0, 1, pose, links, chain[5], series[3], series[5], H, N, X)
+    rates = X[0, 0].T @ change[0] + X[1, 0].T @ speed[0]
+    both[0], both[1] = (X[0, 0].T @ speed[0]).transpose(1, 2, 0), rates.transpose(1, 2, 0)
+
+
+@kernel(uncompiled=_regressors_at_by_arrays)
 def _regressors_at(chain, links, sample, workspace, carried):
     """Compute the regressors of momentum and rate at one sample, in the workspace.
 

@@ -140,14 +140,12 @@ def first_choice(comparison: RemedyComparison) -> AppliedRemedy | None:
 
 
 def _in_practice(comparison: RemedyComparison) -> str:
-    """Say which partial balance one builds, with a semicolon after it; empty if there is none."""
-    given = comparison.request.given_mass
-    ways = [
-        f"{way.short} ({way.added_text} added, "
-        f"{number_text(way.added_mass_with_gears / given, '.2g')} times the mass of the linkage; "
-        f"shaking left: {_shaking_text(way)})"
-        for way in _less_shaking(comparison)
-    ]
+    """Say which partial balance one builds, then a semicolon; empty if there is none."""
+    given, ways = comparison.request.given_mass, []
+    for way in _less_shaking(comparison):
+        ratio = number_text(way.added_mass_with_gears / given, ".2g")
+        cost = f"{way.added_text} added, {ratio} times the mass of the linkage"
+        ways.append(f"{way.short} ({cost}; shaking left: {_shaking_text(way)})")
     return f"Build {', or '.join(ways)}; " if ways else ""
 
 

@@ -51,7 +51,7 @@ def reduce_command(
         arguments: the options of the command, with its ``words``.
         given_mass: mass of the moving links, kg: the budget, 1 kg if they have none.
         links: links that get matter, if the words name none.
-        folder: whether the command writes a folder, which is left out with its page and picture.
+        folder: whether the command writes a folder: then no files of it are named.
     """
     dropped = UNKNOWN | (IN_FOLDER if folder else {})
     if getattr(arguments, "require", None):

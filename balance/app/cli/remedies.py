@@ -143,7 +143,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
 
 def _following(arguments: argparse.Namespace, comparison: RemedyComparison) -> str:
-    """Write the command that makes the file of what one would build first; empty if it is made."""
+    """Write the command that makes the file of the first choice; empty if it is made."""
     from balance.app.answers.text.remedies import first_choice
 
     first = first_choice(comparison)

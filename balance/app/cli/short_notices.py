@@ -1,8 +1,8 @@
 """Notices as commands print them: in short form, and of several files with their names.
 
-The short forms are for the commands beside ``balance report``, and the same for all of them. What was read and the remedy stay; the names of
-the elements, which can be many, are left to ``balance report``. Notices on masses, loops and
-integers that may be wrong have no short form.
+The short forms are for the commands beside ``balance report``, and the same for all of them.
+What was read and the remedy stay; the names of the elements, which can be many, are left to
+``balance report``. Notices on masses, loops and integers that may be wrong have no short form.
 """
 
 from __future__ import annotations

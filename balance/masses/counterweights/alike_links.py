@@ -1,10 +1,10 @@
 """Links that are alike: equal ones, with equal neighbours, as those of equal legs are.
 
 What is compared of a link is the same in all poses and mirror images: its mass, the kinds of
-its joints, distances and angles of their axes, and for each axis its distance from the centre of
-mass and the second moment of mass along it. Classes are divided until neighbours of alike links
-are alike (B. Weisfeiler, A. Lehman, Nauchno-Technicheskaya Informatsia 2(9), 1968). The base has
-a class of its own, and where equal legs stand on it does not count.
+its joints, distances and angles of their axes, and for each axis its distance from the centre
+of mass and the second moment of mass along it. Classes are divided until neighbours of alike
+links are alike (B. Weisfeiler, A. Lehman, Nauchno-Technicheskaya Informatsia 2(9), 1968). The
+base has a class of its own, and where equal legs stand on it does not count.
 """
 
 from __future__ import annotations

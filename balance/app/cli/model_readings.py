@@ -32,7 +32,7 @@ MAX_JOINTS = 60
 SUMMARY_NOTICES = ("assembled", "closes_to_rounding", "not_settled")
 
 
-class Reading(NamedTuple):
+class ReadFile(NamedTuple):
     """One reading of the angles of a file: its linkage, or why there is none."""
 
     angles: str
@@ -95,7 +95,7 @@ def solve_model(
 
 
 def solve_readings(
-    readings: Sequence[Reading], solve: Callable[[Linkage], Solution]
+    readings: Sequence[ReadFile], solve: Callable[[Linkage], Solution]
 ) -> Solution:
     """Solve for a linkage as `solve_model` does, from the readings of its file.
 
@@ -118,7 +118,7 @@ def solve_readings(
     return solution
 
 
-def load_readings(arguments: argparse.Namespace, model: str) -> list[Reading]:
+def load_readings(arguments: argparse.Namespace, model: str) -> list[ReadFile]:
     """Load the linkage by the reading of the options, and by the other if that may differ."""
     from kinematics.files.urdf.rounded_angles import ANGLE_READINGS, ROUNDED_ANGLES
 
@@ -130,19 +130,19 @@ def load_readings(arguments: argparse.Namespace, model: str) -> list[Reading]:
         looks_rounded = any(x.code == ROUNDED_ANGLES for x in first.linkage.notices)
         if looks_rounded and first.linkage.loops and len(first.linkage.joints) > MAX_JOINTS:
             reason = LinkageError("not computed for loops of so many joints")
-            return [first, Reading(angles, reason)]
+            return [first, ReadFile(angles, reason)]
     return [first, _load_reading(arguments, angles, model)] if looks_rounded else [first]
 
 
-def _load_reading(arguments: argparse.Namespace, angles: str, model: str) -> Reading:
+def _load_reading(arguments: argparse.Namespace, angles: str, model: str) -> ReadFile:
     """Load the linkage by one reading."""
     try:
-        return Reading(angles, load_model(arguments, angles, model))
+        return ReadFile(angles, load_model(arguments, angles, model))
     except LinkageError as error:
-        return Reading(angles, error)
+        return ReadFile(angles, error)
 
 
-def _solve_in_words(reading: Reading, solve: Callable[[Linkage], Solution]) -> str:
+def _solve_in_words(reading: ReadFile, solve: Callable[[Linkage], Solution]) -> str:
     """Summarise the solution for a reading, or the reason why there is none."""
     if isinstance(reading.linkage, LinkageError):
         return str(reading.linkage)
@@ -152,7 +152,7 @@ def _solve_in_words(reading: Reading, solve: Callable[[Linkage], Solution]) -> s
         return str(error)
 
 
-def _tell_both(solution: Solution, first: Reading, other: Reading, there: str) -> Solution:
+def _tell_both(solution: Solution, first: ReadFile, other: ReadFile, there: str) -> Solution:
     """Add the summaries of both readings to the notice of rounded angles."""
     from dataclasses import replace
 
@@ -171,7 +171,7 @@ def _tell_both(solution: Solution, first: Reading, other: Reading, there: str) -
     return replace(solution, notices=tuple(notices))
 
 
-def _label(reading: Reading, summary: str) -> str:
+def _label(reading: ReadFile, summary: str) -> str:
     """Put the name of a reading before its summary."""
     return f"{reading.angles.replace('_', ' ')}: {summary}"
 

@@ -18,7 +18,7 @@ from balance.app.cli.floating_base import (
     run_floating_base,
 )
 from balance.app.cli.model_options import add_model_options, load_model
-from balance.app.cli.model_readings import Reading, load_readings, solve_model, solve_readings
+from balance.app.cli.model_readings import ReadFile, load_readings, solve_model, solve_readings
 from balance.app.cli.motion_source import (
     add_other_motion,
     motions_of,
@@ -239,7 +239,7 @@ def _verify(
     return [first, *(solve_readings(files, verify_other) for files in readings)]
 
 
-def _choose_point(before: Reading) -> dict[str, object]:
+def _choose_point(before: ReadFile) -> dict[str, object]:
     """Choose the point of the moments: the middle of the linkage before, if it can be read."""
     if isinstance(before.linkage, LinkageError):
         # The verification of this file raises the error, with the other reading of angles.

@@ -361,6 +361,10 @@ SHAPE_MASS_ZERO = 1e-7
 MASS_EXCLUDED = 1e6
 # Part of a certificate that vanishes on balanced distributions only up to this.
 CERTIFICATE_ORTHOGONAL = 1e-12
+# Differences of lengths, masses and moments of links, over the largest one, and of angles, up
+# to which links are alike: what few digits of a file leave. It groups what is tried, and
+# decides nothing.
+LINKS_ALIKE = 1e-4
 # Relative width at which the search for the smallest growth of a region ends.
 GROWTH_RELATIVE = 1e-3
 

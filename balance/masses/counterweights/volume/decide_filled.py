@@ -166,7 +166,7 @@ def _describe_denser(
     program, matter = halved_by_plane(program, stocks)
     factor = needed.factor * (1.0 + density_gap(program))
     mass = least_mass(program, matter, needed, factor)
-    return (Relaxation(None, factor, program.unit * mass),)
+    return (Relaxation((), factor, program.unit * mass),)
 
 
 def _filled(

@@ -162,7 +162,7 @@ def test_a_region_too_small_names_the_growth_that_helps(seed, tmp_path):
     found = point_counterweights(space, ["l1", "l2"], small)
     assert found.verdict == "infeasible" and "'l2'" in found.words
     assert certificate_fault(found, rng) == ""
-    (growth,) = (one for one in found.relaxations if one.link == "l2")
+    (growth,) = (one for one in found.relaxations if one.links == ("l2",))
     for factor, verdict in ((growth.factor, "feasible"), (0.99 * growth.factor, "infeasible")):
         grown = {"l2": small["l2"].grown(factor)}
         assert point_counterweights(space, ["l1", "l2"], grown, relax=False).verdict == verdict
@@ -173,7 +173,7 @@ def test_one_more_link_may_help(rod_arm):
     space = balance.design_space(rod_arm, balance="force")
     found = point_counterweights(space, ["l2"])
     assert found.verdict == "infeasible"
-    assert [(one.link, one.factor) for one in found.relaxations] == [("l1", None)]
+    assert [(one.links, one.factor) for one in found.relaxations] == [(("l1",), None)]
 
 
 def test_all_links_may_help_where_no_single_one_does(tmp_path):
@@ -182,7 +182,7 @@ def test_all_links_may_help_where_no_single_one_does(tmp_path):
     space = balance.design_space(arm(tmp_path / "arm.urdf", 1.0, bodies), balance="force")
     found = point_counterweights(space, ["l3"])
     (every,) = found.relaxations
-    assert (every.link, every.factor) == ("all", None)
+    assert (every.links, every.factor) == (("all",), None)
     assert "adding matter to all links would do" in found.words
     whole = point_counterweights(space, ["all"])
     assert every.mass == pytest.approx(whole.added_mass, rel=1e-6)

@@ -14,6 +14,7 @@ from threading import Thread
 from typing import TypeVar
 
 from kinematics.errors import WorkerError
+from kinematics.numerics.compiled.background import WORTH, kernel_clock
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -42,6 +43,7 @@ def map_in_processes(
     if workers < 2:
         yield from map(function, items)
         return
+    kernel_clock.foresee(WORTH)
     context = get_context("spawn")
     with ProcessPoolExecutor(workers, context, _begin_worker, (begin,)) as pool:
         try:

@@ -301,6 +301,9 @@ LUMP_ON_SURFACE = 1e-6
 LUMP_RESIDUAL = 1e-15
 # Error of the moments of lumps, relative to their mass, up to which they are fitted.
 LUMP_FIT = 1e-12
+# Part of the conditions of a lump that others do not replace, up to which they do: the conic
+# solver leaves errors of 1e-9 in the positions of lumps.
+LUMPS_ALIKE = 1e-7
 # Spread of matter about its centre in unit coordinates, squared, up to which it is one lump.
 LUMP_SPREAD = 1e-8
 # Residual of the conditions with counterweights over the sum of the parts of the bodies.
@@ -358,6 +361,10 @@ SHAPE_MASS_ZERO = 1e-7
 MASS_EXCLUDED = 1e6
 # Part of a certificate that vanishes on balanced distributions only up to this.
 CERTIFICATE_ORTHOGONAL = 1e-12
+# Differences of lengths, masses and moments of links, over the largest one, and of angles, up
+# to which links are alike: what few digits of a file leave. It groups what is tried, and
+# decides nothing.
+LINKS_ALIKE = 1e-4
 # Relative width at which the search for the smallest growth of a region ends.
 GROWTH_RELATIVE = 1e-3
 

@@ -52,5 +52,12 @@ CASES = {
         {"counterweights": WEIGHTS, **TURN},
         "force",
     ),
+    "four-bar, steel": SweepCase(
+        "four_bar_general",
+        "q4.origin.x",
+        (1.05, 1.15),
+        {"counterweights": {**WEIGHTS, "density": "steel"}, **TURN},
+        "force",
+    ),
 }
-"""By name. Counterweights are point masses, which the first sweeps had alone."""
+"""By name. Counterweights are point masses, which the first sweeps had alone, or of steel."""

@@ -75,17 +75,20 @@ def flatten(chain: Chain, normal: Array) -> Chain:
     return replace(chain, frame=frame, screws=freeze(turned[:, 2:5]))
 
 
-def reduce_to_plane(chain: Chain, idle: Flags) -> tuple[Chain, Chain]:
+def reduce_to_plane(
+    chain: Chain, idle: Flags, whole: Array | None = None
+) -> tuple[Chain, Chain]:
     """Remove idle joints from a chain, and reduce it to its plane if it moves in one.
 
     Args:
         chain: the linkage as arrays, spatial.
         idle: whether each joint is idle (n,).
+        whole: normal of the plane of all its joints, if they have one and it is known.
 
     Returns:
         The spatial chain without the idle joints, and the planar one; the spatial one twice if
         it does not move in a plane.
     """
     reduced = lock_joints(chain, idle)
-    normal = plane_normal(reduced)
+    normal = plane_normal(reduced) if whole is None or idle.any() else whole
     return reduced, reduced if normal is None else flatten(reduced, normal)

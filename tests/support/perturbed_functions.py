@@ -136,13 +136,13 @@ def _products_error(product: Callable[..., Any], *factors: np.ndarray) -> Any:
     return total - product(*(x * ~where for x, where in zip(inexact, long, strict=True)))
 
 
-def _matmul(plain: Callable[..., Any], a: Any, b: Any) -> Any:
+def _matmul(plain: Callable[..., Any], a: Any, b: Any, **options: Any) -> Any:
     """``a @ b`` with terms in random order, and products rounded at random."""
     if not _is_real(a, b) or a.shape[-1] == 1:
-        return plain(a, b)
+        return plain(a, b, **options)
     order = rounding.order(a.shape[-1])
     result = plain(a[..., order], b[order] if b.ndim == 1 else b[..., order, :])
-    return _add_noise(result, _products_error(plain, a, b))
+    return _written(_add_noise(result, _products_error(plain, a, b)), options)
 
 
 def _add_noise(result: Any, error: Any) -> Any:
@@ -160,11 +160,15 @@ def _einsum(plain: Callable[..., Any], *operands: Any, **options: Any) -> Any:
         return plain(*operands, **options)
     result = plain(words, *_shuffled(words, arrays), **options)
     error = _products_error(lambda *factors: plain(words, *factors), *arrays)
-    result = _add_noise(result, error)
-    if "out" in options:
-        options["out"][...] = result
-        return options["out"]
-    return result
+    return _written(_add_noise(result, error), options)
+
+
+def _written(result: Any, options: dict[str, Any]) -> Any:
+    """The result, written to the array of the option ``out`` if there is one."""
+    if "out" not in options:
+        return result
+    options["out"][...] = result
+    return options["out"]
 
 
 def _shuffled(words: str, arrays: list[np.ndarray]) -> list[np.ndarray]:
@@ -247,10 +251,7 @@ def _norm(plain: Callable[..., Any], x: Any, *rest: Any, **options: Any) -> Any:
 
 def _elementary(plain: Callable[..., Any], *values: Any, **options: Any) -> Any:
     """A function of numbers, the last bits of its result changed."""
-    result = perturb_last_bits(plain(*values, **options))
-    if "out" in options:
-        options["out"][...] = result
-    return result
+    return _written(perturb_last_bits(plain(*values, **options)), options)
 
 
 MODELS = {

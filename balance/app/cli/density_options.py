@@ -80,12 +80,19 @@ def check_density_options(arguments: argparse.Namespace) -> None:
     if arguments.points and arguments.density:
         arguments.refuse("--points is for matter without a density: leave out --density")
     if arguments.thickness is not None and without_density(arguments):
-        arguments.refuse("--thickness: point masses have none; leave out --points")
+        arguments.refuse(
+            f"--thickness: point masses have none; leave out {points_words(arguments)}"
+        )
 
 
 def without_density(arguments: argparse.Namespace) -> bool:
     """Whether the options ask for matter of any density: for point masses."""
     return bool(arguments.points) or ("", inf) in arguments.density
+
+
+def points_words(arguments: argparse.Namespace) -> str:
+    """Return the words of the options that ask for point masses."""
+    return "--points" if arguments.points else "--density none"
 
 
 def densities_of(

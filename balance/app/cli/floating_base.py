@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -18,11 +18,12 @@ from balance.app.cli.number_arguments import number_between, point, values_by_na
 from balance.app.cli.outputs import result_files
 from balance.app.cli.progress import progress_bar
 from balance.app.cli.several_models import data_against
+from balance.app.cli.short_notices import notices_by_file
 
 if TYPE_CHECKING:
     from balance.motion.floating_base.base import FloatingBase
     from balance.motion.floating_base.floating_base_motion import FloatingBaseMotion
-    from kinematics.model.linkage import Linkage
+    from kinematics.model.linkage import Linkage, Notice
 
 
 NUMBER = r"[+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -134,9 +135,17 @@ def run_floating_base(arguments: argparse.Namespace) -> Answer:
         code if results[0].agreed else UNDECIDED,
         lambda: data_against(*results),
         lambda: floating_base_body(results),
-        [notice for result in results for notice in result.notices],
+        _notices(results),
         files=prepare_files,
     )
+
+
+def _notices(results: Sequence[FloatingBaseMotion]) -> list[Notice]:
+    """List the notices on one linkage, or on two with the name of each."""
+    if len(results) == 1:
+        return list(results[0].notices)
+    linkages = [each.linkage for each in results]
+    return notices_by_file(linkages, [each.notices for each in results])
 
 
 def _simulate(

@@ -7,7 +7,7 @@ reading that was asked for; a summary of the other stands beside it.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from balance.app.cli.model_options import load_model
@@ -32,7 +32,7 @@ MAX_JOINTS = 60
 SUMMARY_NOTICES = ("assembled", "closes_to_rounding", "not_settled")
 
 
-class _Reading(NamedTuple):
+class ReadFile(NamedTuple):
     """One reading of the angles of a file: its linkage, or why there is none."""
 
     angles: str
@@ -91,7 +91,22 @@ def solve_model(
         LinkageError: the linkage cannot be used. If rounded angles may be the reason, the
             notes of the error summarise the other reading.
     """
-    first, *others = _load_readings(arguments, model)
+    return solve_readings(load_readings(arguments, model), solve)
+
+
+def solve_readings(
+    readings: Sequence[ReadFile], solve: Callable[[Linkage], Solution]
+) -> Solution:
+    """Solve for a linkage as `solve_model` does, from the readings of its file.
+
+    Args:
+        readings: from `load_readings`.
+        solve: computes the solution for a linkage.
+
+    Raises:
+        LinkageError: see `solve_model`.
+    """
+    first, *others = readings
     if isinstance(first.linkage, LinkageError):
         for other in others:
             first.linkage.add_note(_label(other, _solve_in_words(other, solve)))
@@ -103,7 +118,7 @@ def solve_model(
     return solution
 
 
-def _load_readings(arguments: argparse.Namespace, model: str) -> list[_Reading]:
+def load_readings(arguments: argparse.Namespace, model: str) -> list[ReadFile]:
     """Load the linkage by the reading of the options, and by the other if that may differ."""
     from kinematics.files.urdf.rounded_angles import ANGLE_READINGS, ROUNDED_ANGLES
 
@@ -115,19 +130,19 @@ def _load_readings(arguments: argparse.Namespace, model: str) -> list[_Reading]:
         looks_rounded = any(x.code == ROUNDED_ANGLES for x in first.linkage.notices)
         if looks_rounded and first.linkage.loops and len(first.linkage.joints) > MAX_JOINTS:
             reason = LinkageError("not computed for loops of so many joints")
-            return [first, _Reading(angles, reason)]
+            return [first, ReadFile(angles, reason)]
     return [first, _load_reading(arguments, angles, model)] if looks_rounded else [first]
 
 
-def _load_reading(arguments: argparse.Namespace, angles: str, model: str) -> _Reading:
+def _load_reading(arguments: argparse.Namespace, angles: str, model: str) -> ReadFile:
     """Load the linkage by one reading."""
     try:
-        return _Reading(angles, load_model(arguments, angles, model))
+        return ReadFile(angles, load_model(arguments, angles, model))
     except LinkageError as error:
-        return _Reading(angles, error)
+        return ReadFile(angles, error)
 
 
-def _solve_in_words(reading: _Reading, solve: Callable[[Linkage], Solution]) -> str:
+def _solve_in_words(reading: ReadFile, solve: Callable[[Linkage], Solution]) -> str:
     """Summarise the solution for a reading, or the reason why there is none."""
     if isinstance(reading.linkage, LinkageError):
         return str(reading.linkage)
@@ -137,7 +152,7 @@ def _solve_in_words(reading: _Reading, solve: Callable[[Linkage], Solution]) -> 
         return str(error)
 
 
-def _tell_both(solution: Solution, first: _Reading, other: _Reading, there: str) -> Solution:
+def _tell_both(solution: Solution, first: ReadFile, other: ReadFile, there: str) -> Solution:
     """Add the summaries of both readings to the notice of rounded angles."""
     from dataclasses import replace
 
@@ -156,7 +171,7 @@ def _tell_both(solution: Solution, first: _Reading, other: _Reading, there: str)
     return replace(solution, notices=tuple(notices))
 
 
-def _label(reading: _Reading, summary: str) -> str:
+def _label(reading: ReadFile, summary: str) -> str:
     """Put the name of a reading before its summary."""
     return f"{reading.angles.replace('_', ' ')}: {summary}"
 

@@ -23,6 +23,8 @@ UNKNOWN = {
     "--trade-off": 1,
     "--budget": 1,
 }
+# Outputs of a command that writes a folder, which would be written over.
+IN_FOLDER = {"--out": 1, "--html": 1, "--plot": 1, "--workers": 1}
 # Options that it does not have together with requirements.
 OF_MOTIONS = {
     "--csv": 1,
@@ -49,18 +51,18 @@ def reduce_command(
         arguments: the options of the command, with its ``words``.
         given_mass: mass of the moving links, kg: the budget, 1 kg if they have none.
         links: links that get matter, if the words name none.
-        folder: whether the command writes a folder, which is left out.
+        folder: whether the command writes a folder: then no files of it are named.
     """
-    dropped = UNKNOWN | ({"--out": 1} if folder else {})
+    dropped = UNKNOWN | (IN_FOLDER if folder else {})
     if getattr(arguments, "require", None):
         dropped |= OF_MOTIONS
-    kept = _without(arguments.words, dropped)
+    kept = without_options(arguments.words, dropped)
     named = ["--links", ",".join(links)] if links else []
     budget = ["--budget", f"{float(number_text(given_mass or 1.0, '.2g')):g}"]
     return shlex.join(["balance", "reduce", *kept, *named, *budget])
 
 
-def _without(words: Iterable[str], dropped: dict[str, int]) -> list[str]:
+def without_options(words: Iterable[str], dropped: dict[str, int]) -> list[str]:
     """Leave options out of the words of a command, with their values.
 
     Args:

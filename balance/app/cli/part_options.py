@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from balance.app.answers.answer import Files
 from balance.app.cli.arguments import Parser
-from balance.app.cli.density_options import without_density
+from balance.app.cli.density_options import points_words, without_density
 from balance.app.cli.outputs import check_folder, result_files
 from kinematics.errors import PackageError, UsageError
 
@@ -50,7 +50,9 @@ def check_parts_options(arguments: argparse.Namespace) -> None:
             arguments.refuse("--solids needs --parts")
         return
     if without_density(arguments):
-        arguments.refuse("--parts: point masses have no volume; leave out --points")
+        arguments.refuse(
+            f"--parts: point masses have no volume; leave out {points_words(arguments)}"
+        )
     check_folder(folder, "--parts")
     if os.path.isdir(folder) and os.listdir(folder) and not arguments.overwrite:
         from kinematics.error_text import clean

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from shlex import join
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from balance.app.cli.exit_codes import verdict_code
 from balance.app.cli.implausible_request import note_implausible_masses
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
-from balance.app.cli.next_command import reduce_command
+from balance.app.cli.next_command import reduce_command, without_options
 from balance.app.cli.number_arguments import (
     add_workers,
     positive_number,
@@ -31,6 +32,7 @@ from balance.app.cli.outputs import (
     result_files,
 )
 from balance.app.cli.progress import print_on_terminal, progress_bar
+from balance.masses.counterweights.link_regions import ALL
 from balance.masses.remedies.catalogue import CATALOGUE
 from kinematics.error_text import did_you_mean
 
@@ -116,8 +118,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
         comparison = compare_request(request, arguments.only, _print_result, arguments.workers)
     from balance.app.answers.text.remedies import remedies_body
 
-    names = [] if arguments.links else [body.name for body in request.linkage.bodies]
-    reduce = reduce_command(arguments, request.given_mass, names, folder=True)
+    comparison = replace(comparison, following=_following(arguments, comparison))
+    bodies = request.linkage.body_names
+    links = [] if arguments.links else list(bodies) if ALL in bodies else [ALL]
+    reduce = reduce_command(arguments, request.given_mass, links, folder=True)
     helps = any(applied.helps for applied in comparison.results)
     undrawn = [] if helps else ["out", "plot"]
     unwritten = ", ".join(filter(None, (getattr(arguments, name) for name in undrawn)))
@@ -136,6 +140,17 @@ def _run(arguments: argparse.Namespace) -> Answer:
         ),
         lambda: _prepare_remedy_files(arguments, comparison),
     )
+
+
+def _following(arguments: argparse.Namespace, comparison: RemedyComparison) -> str:
+    """Write the command that makes the file of the first choice; empty if it is made."""
+    from balance.app.answers.text.remedies import first_choice
+
+    first = first_choice(comparison)
+    if first is None or arguments.out is not None:
+        return ""
+    kept = without_options(arguments.words, {"--only": 1, "--html": 1, "--plot": 1})
+    return join(["balance", "remedies", *kept, "--only", first.remedy, "--out", "built"])
 
 
 def _describe_tables(folder: str | None, comparison: RemedyComparison) -> str:

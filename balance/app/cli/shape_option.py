@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from balance.app.cli.arguments import Parser
-from balance.app.cli.density_options import without_density
+from balance.app.cli.density_options import points_words, without_density
 from kinematics.errors import UsageError
 
 
@@ -35,7 +35,9 @@ def check_shape_option(arguments: argparse.Namespace, clash: str) -> None:
     if arguments.move:
         arguments.refuse("--shape is for added matter: leave out --move")
     if without_density(arguments):
-        arguments.refuse("--shape: point masses have none; leave out --points")
+        arguments.refuse(
+            f"--shape: point masses have none; leave out {points_words(arguments)}"
+        )
     if clash:
         arguments.refuse(clash)
 

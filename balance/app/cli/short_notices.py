@@ -1,13 +1,16 @@
-"""Notices on a file in short form, for the commands beside ``balance report``.
+"""Notices as commands print them: in short form, and of several files with their names.
 
-They are the same for every command on the file. What was read and the remedy stay; the names of
-the elements, which can be many, are left to ``balance report``. Notices on masses, loops and
-integers that may be wrong have no short form.
+The short forms are for the commands beside ``balance report``, and the same for all of them.
+What was read and the remedy stay; the names of the elements, which can be many, are left to
+``balance report``. Notices on masses, loops and integers that may be wrong have no short form.
 """
 
 from __future__ import annotations
 
-from kinematics.model.linkage import Notice
+from collections.abc import Sequence
+
+from balance.support.linkage_names import linkage_names
+from kinematics.model.linkage import Linkage, Notice
 
 WHERE = "balance report names them"
 
@@ -18,3 +21,21 @@ def shorten_notice(notice: Notice) -> Notice:
         return notice
     short = notice.message.replace(f": {notice.names}", f" ({WHERE})", 1)
     return notice._replace(message=short)
+
+
+def notices_by_file(
+    linkages: Sequence[Linkage], notices: Sequence[Sequence[Notice]]
+) -> list[Notice]:
+    """List the notices on several linkages, each with the name of its linkage or file.
+
+    Args:
+        linkages: the linkages.
+        notices: those of each.
+    """
+    return [
+        notice
+        if notice.message.startswith(linkage.source)
+        else notice._replace(message=f"{name}: {notice.message}")
+        for name, linkage, told in zip(linkage_names(linkages), linkages, notices, strict=True)
+        for notice in told
+    ]

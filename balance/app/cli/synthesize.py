@@ -191,8 +191,11 @@ def _synthesize(
     """Call `synthesize` with the options."""
     from balance.studies.synthesis.function_four_bars import read_function
     from balance.studies.synthesis.mass_file import read_masses
+    from balance.studies.synthesis.request import GENERAL
     from balance.studies.synthesis.synthesize import synthesize
 
+    if arguments.function is not None and arguments.kind not in GENERAL:
+        arguments.refuse(f"--function: give --kind {' or --kind '.join(GENERAL)}")
     masses = None if arguments.masses is None else read_masses(arguments.masses)
     function = () if arguments.function is None else read_function(arguments.function)
     wanted = "angle" if function else "length"

@@ -18,7 +18,7 @@ from balance.app.cli.floating_base import (
     run_floating_base,
 )
 from balance.app.cli.model_options import add_model_options, load_model
-from balance.app.cli.model_readings import solve_model
+from balance.app.cli.model_readings import ReadFile, load_readings, solve_model, solve_readings
 from balance.app.cli.motion_source import (
     add_other_motion,
     motions_of,
@@ -40,7 +40,7 @@ from balance.app.cli.several_models import (
     data_against,
     named_notices,
 )
-from balance.support.linkage_names import linkage_names
+from balance.app.cli.short_notices import notices_by_file
 from balance.support.units import UnitNumber, read_quantity
 from kinematics.errors import LinkageError, UsageError
 
@@ -218,7 +218,7 @@ def _verify(
         motions = None
         if arguments.csv or arguments.tool_path:
             motions = motions_of(arguments, linkage)
-        verification = verify(linkage, motions=motions, **(options | _choose_point(arguments)))
+        verification = verify(linkage, motions=motions, **options)
         told = notices_of(linkage, motions)
         return replace(verification, notices=(*verification.notices, *told))
 
@@ -232,36 +232,29 @@ def _verify(
         # Refuse a file that is not there before the first linkage is verified.
         if isinstance(model, str) and not isfile(model):
             load_model(arguments, arguments.angles, model)
+    readings = [load_readings(arguments, model) for model in others]
+    if arguments.against is not None and arguments.about is None:
+        options |= _choose_point(readings[0][0])
     first = solve_model(arguments, verify_first)
-    return [first, *(solve_model(arguments, verify_other, model) for model in others)]
+    return [first, *(solve_readings(files, verify_other) for files in readings)]
 
 
-def _choose_point(arguments: argparse.Namespace) -> dict[str, object]:
-    """Choose the point of the moments: with ``--against``, the middle of the linkage before."""
-    if arguments.against is None or arguments.about is not None:
+def _choose_point(before: ReadFile) -> dict[str, object]:
+    """Choose the point of the moments: the middle of the linkage before, if it can be read."""
+    if isinstance(before.linkage, LinkageError):
+        # The verification of this file raises the error, with the other reading of angles.
         return {}
     from balance.motion.verification.comparison import middle_of
 
-    try:
-        before = load_model(arguments, arguments.angles, arguments.against)
-    except LinkageError:
-        # The verification of this file reports the error, with the other reading of angles.
-        return {}
-    return {"about": middle_of(before)}
+    return {"about": middle_of(before.linkage)}
 
 
 def _notices(results: Sequence[Verification]) -> list[Notice]:
     """List the notices on a linkage, or on two, with the file of each."""
     if len(results) == 1:
         return list(results[0].notices)
-    names = linkage_names([each.linkage for each in results])
-    return [
-        notice
-        if notice.message.startswith(each.linkage.source)
-        else notice._replace(message=f"{name}: {notice.message}")
-        for name, each in zip(names, results, strict=True)
-        for notice in each.notices
-    ]
+    linkages = [each.linkage for each in results]
+    return notices_by_file(linkages, [each.notices for each in results])
 
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import get_args
 
 import numpy as np
 
 from balance.masses.counterweights.added_program import IDLE_MASS_PRICE, AddedObjective
+from balance.masses.counterweights.alike_links import alike_links
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.decide_points import decide
 from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
@@ -118,7 +120,8 @@ def counterweights(
             them, before and after.
         speed: speed of a crank, rad/s, or ``"300rpm"``; one turn of it is the motion.
         crank: name of that crank; by default the only input.
-        relax: whether to look for single changes that help if there is no answer.
+        relax: whether to look for changes that help if there is no answer: of one link, or of
+            links that are alike.
         prove: whether the gap of matter of limited density is proved by integrals of many
             samples; else it is that of the integrals which found the matter.
 
@@ -172,7 +175,7 @@ def counterweights(
         helped = decide(asked, more, moved=moved)
         return helped.added_mass if helped.verdict == "feasible" else None
 
-    helps = (*answer.relaxations, *_single_relaxations(asked, body_regions, mass_of))
+    helps = (*answer.relaxations, *_find_relaxations(asked, body_regions, mass_of))
     answer = replace(answer, relaxations=helps)
     worth = answer.worth_naming
     words = f"{answer.words}; {worth[0].words}" if worth else answer.words
@@ -203,14 +206,16 @@ def _contradiction(space: RequiredSpace, regions: Mapping[int, Region]) -> str:
     return contradiction_words(contradiction(space.texts, excluded), "counterweight")
 
 
-def _single_relaxations(
+def _find_relaxations(
     space: DesignSpace, regions: Mapping[int, Region], mass_of: MassOf
 ) -> tuple[Relaxation, ...]:
-    """Find the smallest growth of each region, and each further link, that alone helps.
+    """Find the smallest growth of regions, and the further links, that alone help.
 
-    A region that grows about its centre contains the smaller one, so that feasibility is
-    monotone in the factor, and bisection finds the smallest one. The factor that is returned
-    was found feasible, and one smaller by a thousandth was not.
+    Links that are alike are taken together: where the linkage is symmetric, so is the least
+    matter. Of further ones the first alone is tried too. A region that grows about its centre
+    contains the smaller one, so that feasibility is monotone in the factor, and bisection finds
+    the smallest one. The factor that is returned was found feasible, and one smaller by a
+    thousandth was not.
 
     Args:
         regions: region by position of the body; no matter in them balances the linkage.
@@ -218,20 +223,20 @@ def _single_relaxations(
 
     Returns:
         Growths of regions, the smallest first, then further links, the lightest first;
-        equal ones in the order of the bodies. If there are none, all further links together.
+        equal ones in the order of the bodies. If there are none, as many further links as are
+        needed together.
     """
-    grown, more = [], []
-    for b in regions:
-        relaxation = _smallest_growth(space, regions, b, mass_of)
+    classes = alike_links(space.linkage)
+    grown: list[Relaxation] = []
+    more: list[Relaxation] = []
+    for alike in _parts_of(classes, regions):
+        relaxation = _smallest_growth(space, regions, alike, mass_of)
         grown += [relaxation] if relaxation else []
-    for b in range(len(space.bodies)):
-        if b not in regions:
-            mass = mass_of(dict(sorted({**regions, b: default_region(space, b)}.items())))
-            more += [] if mass is None else [Relaxation(space.bodies[b], None, mass)]
-    if not grown and not more and len(space.bodies) > len(regions) + 1:
-        every = {b: default_region(space, b) for b in range(len(space.bodies))} | {**regions}
-        mass = mass_of(every)
-        return () if mass is None else (Relaxation(ALL, None, mass),)
+    further = _parts_of(classes, {*range(len(space.bodies))} - {*regions})
+    for alike in further:
+        more += _further_of_class(space, regions, alike, mass_of)
+    if not grown and not more and len(further) > 1:
+        return _fewest_further_links(space, regions, further, mass_of)
     factors = [relaxation.factor or 0.0 for relaxation in grown]
     masses = [relaxation.mass for relaxation in more]
     return (
@@ -240,13 +245,73 @@ def _single_relaxations(
     )
 
 
-def _smallest_growth(
-    space: DesignSpace, regions: Mapping[int, Region], body: int, mass_of: MassOf
+def _parts_of(
+    classes: Sequence[tuple[int, ...]], bodies: Collection[int]
+) -> list[tuple[int, ...]]:
+    """List what of each class is among some bodies, without the empty parts."""
+    parts = (tuple(b for b in alike if b in bodies) for alike in classes)
+    return [part for part in parts if part]
+
+
+def _further_of_class(
+    space: DesignSpace, regions: Mapping[int, Region], alike: Sequence[int], mass_of: MassOf
+) -> list[Relaxation]:
+    """Add matter to bodies that are alike: to the first alone, and to all if they take less."""
+    every = _further_links(space, regions, alike, mass_of)
+    if every is None or len(alike) == 1:
+        return [every] if every else []
+    first = _further_links(space, regions, alike[:1], mass_of)
+    if first is None:
+        return [every]
+    lighter = every.mass < first.mass * (1.0 - 2.0 * MASS_GAP)
+    return [first, every] if lighter else [first]
+
+
+def _further_links(
+    space: DesignSpace, regions: Mapping[int, Region], bodies: Sequence[int], mass_of: MassOf
 ) -> Relaxation | None:
-    """Find the smallest factor by which a region must grow; None if none up to 64 helps."""
+    """Add matter to further bodies, in their default regions; None if that does not help."""
+    more = {b: default_region(space, b) for b in bodies}
+    mass = mass_of(dict(sorted({**regions, **more}.items())))
+    if mass is None:
+        return None
+    return Relaxation(tuple(space.bodies[b] for b in sorted(bodies)), None, mass)
+
+
+def _fewest_further_links(
+    space: DesignSpace,
+    regions: Mapping[int, Region],
+    further: Sequence[tuple[int, ...]],
+    mass_of: MassOf,
+) -> tuple[Relaxation, ...]:
+    """Leave out of all further links those that are not needed; empty if all do not help.
+
+    All of them come second, if they take less.
+    """
+    kept = list(further)
+    relaxation = _further_links(space, regions, list(chain(*kept)), mass_of)
+    if relaxation is None:
+        return ()
+    every = relaxation
+    for alike in further[::-1]:
+        fewer = [part for part in kept if part != alike]
+        fewest = _further_links(space, regions, list(chain(*fewer)), mass_of) if fewer else None
+        if fewest is not None:
+            kept, relaxation = fewer, fewest
+    whole = replace(every, links=(ALL,))
+    if relaxation is every:
+        return (whole,)
+    lighter = every.mass < relaxation.mass * (1.0 - 2.0 * MASS_GAP)
+    return (relaxation, whole) if lighter else (relaxation,)
+
+
+def _smallest_growth(
+    space: DesignSpace, regions: Mapping[int, Region], alike: Sequence[int], mass_of: MassOf
+) -> Relaxation | None:
+    """Find the smallest factor by which regions must grow; None if none up to 64 helps."""
 
     def at(factor: float) -> float | None:
-        return mass_of({**regions, body: regions[body].grown(factor)})
+        return mass_of({**regions, **{b: regions[b].grown(factor) for b in alike}})
 
     low, high = 1.0, LARGEST_GROWTH
     mass = at(high)
@@ -259,7 +324,7 @@ def _smallest_growth(
             high, mass = middle, trial
         else:
             low = middle
-    return Relaxation(space.bodies[body], high, mass)
+    return Relaxation(tuple(space.bodies[b] for b in alike), high, mass)
 
 
 def with_loads(

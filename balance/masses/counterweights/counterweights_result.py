@@ -15,7 +15,7 @@ from balance.masses.counterweights.counterweight import (
     moved_text,
     net_mass,
 )
-from balance.masses.counterweights.exclusion import Exclusion
+from balance.masses.counterweights.exclusion import Exclusion, quoted_names
 from balance.masses.counterweights.link_regions import ALL
 from balance.masses.counterweights.moved_matter import PRICE_OF_MOVING
 from balance.masses.counterweights.regions import Region
@@ -46,31 +46,30 @@ class Relaxation:
     """One change of an infeasible request that makes it feasible.
 
     Attributes:
-        link: the link, or ``"all"`` if no fewer help; None if all matter must be denser.
-        factor: factor by which its region must grow about its centre, or the density; None if
-            matter must be added to this link too, in its default region.
+        links: the links, those that are alike together; ``("all",)`` if no fewer help, and
+            empty if all matter must be denser.
+        factor: factor by which their regions must grow about their centres, or the density;
+            None if matter must be added to these links too, in their default regions.
         mass: mass that is then added, kg.
     """
 
-    link: str | None
+    links: tuple[str, ...]
     factor: float | None
     mass: float
 
     @property
     def words(self) -> str:
         """The change in words."""
+        mass = f"would do ({number_text(self.mass)} kg in all)"
+        which = quoted_names(self.links)
         if self.factor is None:
-            which = "all links" if self.link == ALL else f"'{self.link}' too"
-            return f"adding matter to {which} would do ({number_text(self.mass)} kg in all)"
-        if self.link is None:
-            return (
-                f"matter {number_text(self.factor)} times as dense would do "
-                f"({number_text(self.mass)} kg in all)"
-            )
-        return (
-            f"a region of '{self.link}' {number_text(self.factor)} times as large would do "
-            f"({number_text(self.mass)} kg in all)"
-        )
+            which = "all links" if self.links == (ALL,) else f"{which} too"
+            return f"adding matter to {which} {mass}"
+        factor = number_text(self.factor)
+        if not self.links:
+            return f"matter {factor} times as dense {mass}"
+        what = "a region" if len(self.links) == 1 else "regions"
+        return f"{what} of {which} {factor} times as large {mass}"
 
 
 def _chain_dict(space: DesignSpace) -> dict[str, object]:
@@ -116,7 +115,8 @@ class Counterweights(WithPage, WithPicture):
         certificate: functional (parameters,) that proves infeasibility; see
             `balance.masses.counterweights.exclusion`.
         check: result of its check without the solver.
-        relaxations: single changes that would help, the smallest first; empty if feasible.
+        relaxations: changes of one link, or of links that are alike, that would help, the
+            smallest first; empty if feasible.
         density: density that matter nowhere exceeds, kg/m³, by link; None for point masses.
         thickness: that of plates about the plane of the linkage, m; None for other matter.
         proof: functional (parameters,) that proves the gap of matter of limited density; see
@@ -217,7 +217,7 @@ class Counterweights(WithPage, WithPicture):
         made = tuple(
             change
             for change in light
-            if change.link is not None or density * (change.factor or 1.0) <= DENSEST
+            if change.links or density * (change.factor or 1.0) <= DENSEST
         )
         return made or light
 

@@ -61,33 +61,74 @@ def decide(
         price: price of mass besides it, in squares of ``space.length``.
         moved: largest share of the given mass that may be moved, by position of the body.
     """
-    moved = moved or {}
-    names = {space.bodies[b]: region for b, region in regions.items()}
-    given_mass = float(given_parameters(space)[:, 0].sum())
     program = build_added_program(space, regions, minimise, price, moved)
-    blank = Counterweights(
-        space,
-        "undecided",
-        minimise,
-        names,
-        given_mass,
-        words=f"undecided: {UNCHECKED_MATTER}",
-        price=program.idle * space.length**2,
-        movable={space.bodies[b]: share for b, share in moved.items()},
-    )
-    if space.as_given.balanced:
+    blank = blank_answer(program, minimise, moved or {})
+    answer = decide_without_matter(blank, program)
+    return answer or decide_by_points(blank, program, solve_added(program))
+
+
+def decide_without_matter(
+    blank: Counterweights, program: AddedProgram
+) -> Counterweights | None:
+    """Decide on a program that needs no matter, or that no matter fulfils; None for others.
+
+    Args:
+        blank: its request, as from `blank_answer`.
+        program: the program.
+    """
+    if program.space.as_given.balanced:
         return _keep_given_masses(blank, program)
     if _left_over(program):
         return _proved(blank, program, program.unmatched)
-    solution = solve_added(program)
-    added = program.unit * float(solution.moments[:, 3, 3].sum())
+    return None
+
+
+def decide_by_points(
+    blank: Counterweights, program: AddedProgram, solution: AddedSolution
+) -> Counterweights:
+    """Decide on a program by the answer of the solver for matter of any density.
+
+    Args:
+        blank: its request, as from `blank_answer`.
+        program: the program.
+        solution: the answer, as from `solve_added`.
+    """
     # Of a mass that certificates exclude, the dual is a certificate.
-    if solution.infeasible or not added < MASS_EXCLUDED * given_mass:
+    if is_excluded(blank, program, solution):
         answer = _proved(blank, program, program.lift @ solution.dual)
         if answer.verdict == "infeasible":
             return answer
         return _proved(blank, program, program.lift @ certificate_dual(program))
     return _balanced(blank, program, solution)
+
+
+def is_excluded(blank: Counterweights, program: AddedProgram, solution: AddedSolution) -> bool:
+    """Whether the solver found no matter, or a mass that certificates exclude."""
+    added = program.unit * float(solution.moments[:, 3, 3].sum())
+    return solution.infeasible or not added < MASS_EXCLUDED * blank.given_mass
+
+
+def blank_answer(
+    program: AddedProgram, minimise: AddedObjective, moved: Mapping[int, float]
+) -> Counterweights:
+    """Make the answer to a request for which nothing was found or excluded.
+
+    Args:
+        program: the program.
+        minimise: its objective.
+        moved: largest share of the given mass that may be moved, by position of the body.
+    """
+    space = program.space
+    return Counterweights(
+        space,
+        "undecided",
+        minimise,
+        {space.bodies[b]: region for b, region in program.regions.items()},
+        float(given_parameters(space)[:, 0].sum()),
+        words=f"undecided: {UNCHECKED_MATTER}",
+        price=program.idle * space.length**2,
+        movable={space.bodies[b]: share for b, share in moved.items()},
+    )
 
 
 def _keep_given_masses(blank: Counterweights, program: AddedProgram) -> Counterweights:

@@ -8,7 +8,7 @@ under w, so that it is not balanced.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -149,16 +149,19 @@ def describe_exclusion(
     second = parts[:, (3 if space.planar else 4) :]
     rotary = second.size and np.abs(second).max() > CERTIFICATE_ENTRY_RELATIVE * sizes.max()
     what = "moment of inertia" if rotary else "mass moment"
-    claim = f"can cancel the {what} that {_quoted(causes)} {_leave(causes)}"
+    claim = f"can cancel the {what} that {quoted_names(causes)} {_leave(causes)}"
     if not named:
-        added = _quoted([space.bodies[b] for b in regions])
+        added = quoted_names([space.bodies[b] for b in regions])
         return f"infeasible: no matter on {added}, wherever it is, {claim}"
-    where = _quoted([space.bodies[b] for b in named])
+    where = quoted_names([space.bodies[b] for b in named])
     plural = "region" if len(named) == 1 else "regions"
     return f"infeasible: no matter in the {plural} of {where} {claim}"
 
 
-def _quoted(names: list[str]) -> str:
+def quoted_names(names: Sequence[str]) -> str:
+    """Quote names, with commas and *and* between them; empty for none."""
+    if not names:
+        return ""
     *some, last = [f"'{name}'" for name in names]
     return " and ".join(filter(None, [", ".join(some), last]))
 

@@ -3,8 +3,9 @@
 In a ball or ellipsoid at most four are enough: of the products ``p pᵀ`` of a matrix
 ``ΔP ⪰ 0`` with ``tr(G ΔP) ≥ 0``, two with ``pᵀ G p`` on different sides of the mean are turned
 in their plane until one has the mean, which is not negative (J. F. Sturm, S. Zhang,
-Mathematics of Operations Research 28(2), 2003). In other regions lumps are found one by one:
-each is where a linear functional of the error is least, and all masses are fitted again.
+Mathematics of Operations Research 28(2), 2003). So it is in other regions for matrices of low
+rank whose lumps are inside. Otherwise lumps are found one by one: each is where a linear
+functional of the error is least, and all masses are fitted again.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ from balance.support.tolerances import (
     LUMP_ON_SURFACE,
     LUMP_RESIDUAL,
     LUMP_SPREAD,
+    LUMPS_ALIKE,
 )
 from kinematics.numerics.array_types import Array
-from kinematics.numerics.linalg.ties import first_direction, first_largest, first_least
+from kinematics.numerics.linalg.ties import first_largest, first_least
 
 # Most lumps that are tried one after the other.
 MOST_TRIALS = 60
@@ -74,8 +76,11 @@ def lumps_of(region: Region, P: Array, force: bool, least: float = 0.0) -> Lumps
     spread = float(np.trace(P[:3, :3])) / mass - float(centre @ centre)
     if force or spread <= LUMP_SPREAD:
         return Lumps(np.array([mass]), _inside(region, centre[None]))
-    if region.ellipsoidal:
-        return _products(region, P)
+    products = _products(P)
+    # Lumps of a matrix of low rank lie in a plane or on a line, which a fit leaves.
+    low = products.masses.size < len(P)
+    if region.ellipsoidal or (low and region.excess(products.points).max() <= INSIDE_REGION):
+        return Lumps(products.masses, _inside(region, products.points))
     return _fitted(region, P)
 
 
@@ -124,7 +129,8 @@ def fewer_lumps(rows: Array, costs: Array, lumps: Sequence[Lumps]) -> list[Lumps
 
     Masses move along null vectors of the conditions, in the direction that does not raise the
     cost, until one of them is zero. At most as many lumps are left as there are conditions
-    (C. Carathéodory, 1911).
+    (C. Carathéodory, 1911). Of lumps that replace each other at the same cost, such as those of
+    two rods that do not turn against each other, the first is kept.
 
     Args:
         rows: conditions (links, ρ, 10) on the coordinates `triangles` of each ΔP.
@@ -141,12 +147,11 @@ def fewer_lumps(rows: Array, costs: Array, lumps: Sequence[Lumps]) -> list[Lumps
     prices = np.einsum("nj,nj->n", costs[owner], products)
     while True:
         kept = np.flatnonzero(masses)
-        values, V = np.linalg.svd(A[:, kept] * masses[kept])[1:]
-        rank = int(np.sum(values > FIXED_RANK_RELATIVE * values.max(initial=0.0)))
-        if rank == kept.size:
+        change = _first_exchange(A[:, kept])
+        if change is None:
             break
-        change = first_direction(V[rank:]) * masses[kept]
-        change *= -1.0 if prices[kept] @ change > 0.0 else 1.0
+        terms = prices[kept] * change
+        change *= -1.0 if terms.sum() > LUMPS_ALIKE * np.abs(terms).sum() else 1.0
         falling = change < 0.0
         if not falling.any():
             break
@@ -157,6 +162,25 @@ def fewer_lumps(rows: Array, costs: Array, lumps: Sequence[Lumps]) -> list[Lumps
         masses[kept[first]] = 0.0
     masks = [(owner == k) & (masses > 0.0) for k in range(len(lumps))]
     return [Lumps(masses[mask], points[mask]) for mask in masks]
+
+
+def _first_exchange(columns: Array) -> Array | None:
+    """Compute the null vector (n,) that takes the first column which those before it replace.
+
+    Args:
+        columns: the conditions of unit masses (ρ, n).
+
+    Returns:
+        It, with an entry of -1 for that column and none behind it; None if all columns are
+        independent, to the accuracy of the lumps.
+    """
+    sizes = np.linalg.norm(columns, axis=0)
+    for k in range(columns.shape[1]):
+        weights = np.linalg.lstsq(columns[:, :k], columns[:, k], rcond=LUMPS_ALIKE)[0]
+        rest = columns[:, k] - columns[:, :k] @ weights
+        if float(np.linalg.norm(rest)) <= LUMPS_ALIKE * sizes[k]:
+            return np.concatenate([weights, [-1.0], np.zeros(columns.shape[1] - k - 1)])
+    return None
 
 
 def _values(conditions: Array, P: Array) -> Array:
@@ -206,8 +230,8 @@ def _inside(region: Region, points: Array) -> Array:
     return np.asarray(points / gauge[:, None])
 
 
-def _products(region: Region, P: Array) -> Lumps:
-    """Split a matrix of a ball or ellipsoid into products ``p pᵀ`` of points inside."""
+def _products(P: Array) -> Lumps:
+    """Split a matrix into products ``p pᵀ``, of points in the unit ball if it is of a ball."""
     w, V = np.linalg.eigh(P)
     kept = w > LUMP_MASS_ZERO * w[-1]
     pending = list((V[:, kept] * np.sqrt(w[kept])).T)
@@ -231,7 +255,7 @@ def _products(region: Region, P: Array) -> Lumps:
         ]
     vectors = np.array(done + pending)
     vectors = vectors[vectors[:, 3] ** 2 > LUMP_MASS_ZERO * P[3, 3]]
-    return Lumps(vectors[:, 3] ** 2, _inside(region, vectors[:, :3] / vectors[:, 3:]))
+    return Lumps(vectors[:, 3] ** 2, vectors[:, :3] / vectors[:, 3:])
 
 
 def _fitted(region: Region, P: Array) -> Lumps:

@@ -51,6 +51,7 @@ from balance.masses.designs.verdicts import (
     UNCHECKED_DENSITY,
     UNSETTLED,
     describe_conflict,
+    describe_limits,
 )
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.spaces.compute_space import as_space
@@ -81,6 +82,7 @@ class Feasibility:
             traces add up to 1, in units of the chain; 0 if infeasible.
         residuals: result of the check of the design or of the certificate.
         words: the verdict in one line.
+        reason: why it is so, without the verdict and what limits it.
     """
 
     verdict: Verdict
@@ -91,6 +93,7 @@ class Feasibility:
     margin: float
     residuals: DesignCheck | CertificateCheck | None
     words: str
+    reason: str
 
     def __repr__(self) -> str:
         """One line: the verdict."""
@@ -301,7 +304,8 @@ def _proof(
         for relaxation in less
         if judge_certificate(space, program.whole, proof, relaxation).accepted
     )
-    text = describe_conflict(space, proof.matrices, next(enough, constraints))
+    constraints = next(enough, constraints)
+    reason = describe_conflict(space, proof.matrices, constraints)
     return Feasibility(
         "infeasible",
         None,
@@ -310,12 +314,13 @@ def _proof(
         freeze(proof.multipliers),
         0.0,
         check,
-        text,
+        f"infeasible{describe_limits(constraints)}: {reason}",
+        reason,
     )
 
 
 def _undecided(why: str) -> Feasibility:
-    return Feasibility("undecided", None, None, None, None, 0.0, None, f"undecided: {why}")
+    return Feasibility("undecided", None, None, None, None, 0.0, None, f"undecided: {why}", why)
 
 
 def _candidates(program: Program) -> Iterator[tuple[Array | None, Iterable[CertificateProof]]]:
@@ -384,9 +389,11 @@ def _design(
     check = check_design(space, z, constraints)
     if not check.accepted:
         return None
-    text = f"feasible: balanced by bodies that can be built, with a margin of {margin:.1e}"
+    reason = f"balanced by bodies that can be built, with a margin of {margin:.1e}"
     y = freeze(y[: space.nullity])
-    return Feasibility("feasible", y, z, None, None, margin, check, text)
+    return Feasibility(
+        "feasible", y, z, None, None, margin, check, f"feasible: {reason}", reason
+    )
 
 
 def assemble_design(

@@ -51,7 +51,7 @@ def describe_limits(constraints: Constraints) -> str:
 
 
 def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) -> str:
-    """Describe the bodies to which a certificate gives weight, and what to do.
+    """Describe the bodies to which a certificate gives weight, and what to do, as a reason.
 
     Args:
         Z: matrices of the certificate (bodies, k, k).
@@ -65,10 +65,9 @@ def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) ->
         if positive_weight
     ]
     listed = _join_names(clash)
-    verdict = f"infeasible{describe_limits(constraints)}"
     if set(clash) <= {space.bodies[b] for b in constraints.keep}:
         return (
-            f"{verdict}: {listed}, as kept, cannot be balanced by any masses of the others; "
+            f"{listed}, as kept, cannot be balanced by any masses of the others; "
             "keep fewer links"
         )
     extent = np.abs(Z[:, :-1, :-1]).max() > CERTIFICATE_ENTRY_RELATIVE * sizes.max()
@@ -78,20 +77,20 @@ def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) ->
     if constraints.densities:
         thicker = "thicker links, " if space.planar else ""
         return (
-            f"{verdict}: with what is kept and bounded, {listed} would be denser than that; "
+            f"with what is kept and bounded, {listed} would be denser than that; "
             f"take {thicker}a denser material, keep fewer links, or widen the bounds"
         )
     if constraints.sized:
         return (
-            f"{verdict}: with what is kept and bounded, {sums} or less, {positive}; keep fewer "
+            f"with what is kept and bounded, {sums} or less, {positive}; keep fewer "
             "links, or widen the bounds"
         )
     if constraints:
-        return f"{verdict}: in every balanced distribution there, {sums} or less, {positive}"
+        return f"in every balanced distribution there, {sums} or less, {positive}"
     remedy = "change the geometry or restrict the motion"
     if space.balance == "dynamic":
         remedy = f"change the geometry, restrict the motion, or {FORCES_ALONE}"
-    return f"{verdict}: in every balanced distribution {sums}, {positive}; {remedy}"
+    return f"in every balanced distribution {sums}, {positive}; {remedy}"
 
 
 def _join_names(names: Sequence[str]) -> str:

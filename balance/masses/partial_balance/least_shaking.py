@@ -25,8 +25,9 @@ program.
 Matter of limited density is a mixture of parts of the regions
 (`balance.masses.counterweights.volume.cut_regions`), which grow in number: of each solution,
 the parts where ``M_b`` is negative. Its bound has ``-Σ_b h_b(-M_b)`` instead of the last term,
-with the support functions h_b. Given matter that may be moved is one more generator of a cone;
-see `balance.masses.counterweights.moved_matter`.
+with the support functions h_b. Newton's method ends the search where the budget is used up and
+there are no caps (`balance.masses.partial_balance.fill_budget`). Given matter that may be moved
+is one more generator of a cone; see `balance.masses.counterweights.moved_matter`.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ from balance.masses.counterweights.volume.cut_regions import (
     support_function,
     whole_and_halves,
 )
+from balance.masses.partial_balance.fill_budget import fill_budget
 from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.support.clarabel_adapter import (
     TRIANGLES,
@@ -77,6 +79,9 @@ MAX_ROUNDS = 60
 MAX_PART_ROUNDS = 150
 # Samples of one cap that enter the program at once.
 SAMPLES_AT_ONCE = 8
+# Gap, and least price of the budget, over the load of the file, from which on Newton's method
+# finds the least load of matter of limited density.
+NEWTON_STARTS = 1e-2
 # The multiplier of t is 1 at a minimum, and 0 in a certificate that there is none.
 MULTIPLIER_HALF = 0.5
 
@@ -145,7 +150,9 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
         within the budget keeps the caps.
     """
     work = _Work(program, budget)
-    minimiser = work.solve(None)
+    minimiser = work.solve_by_newton()
+    if minimiser is None:
+        minimiser = work.solve(None)
     if minimiser is None:
         return work.conflict()
     bound, forms, shares = work.bound(), work.forms, work.shares
@@ -214,7 +221,7 @@ class _Work:
         self.blocks = program.blocks(self.samples)
         self.scale = program.scale
         self.unit = min(self.room, float(matter.given[:, 0].sum()) or self.room)
-        self.rounds, self.price = 0, 0.0
+        self.rounds, self.price, self.gap = 0, 0.0, LEAST_SHAKING_GAP_FILLED
         # The multipliers: of the load, and of the samples of each cap.
         self.u, self.w = np.empty(0), [np.empty((0, 0)) for _ in program.caps]
 
@@ -238,6 +245,27 @@ class _Work:
             if not grown:
                 return s
         return s if self.parts else None
+
+    def solve_by_newton(self) -> Array | None:
+        """Minimise the load over matter of limited density that uses the budget up.
+
+        Returns:
+            Coordinates s (count,); None for other programs, and where the budget has no price.
+        """
+        program = self.program
+        if not self.parts or program.caps or program.samples.size or self.taken.links:
+            return None
+        self.gap = NEWTON_STARTS
+        s = self.solve(None)
+        self.gap = LEAST_SHAKING_GAP_FILLED
+        if s is None or self.price * self.room <= NEWTON_STARTS * self.scale:
+            return None
+        filled = fill_budget(program, self.budget, program.load(s), self.price)
+        if filled is None:
+            return None
+        self.u = program.load(filled.s) / program.value(filled.s)
+        self.price, self.forms = filled.price, filled.forms
+        return filled.s
 
     def bound(self) -> float:
         """Compute the bound that the multipliers prove; see the head of this module."""
@@ -301,7 +329,7 @@ class _Work:
         shifts = self.taken.shifts(self.program.stocks, forms, price)
         self.forms = shifted(forms, shifts)
         size = float(self.program.matter.masses @ s) if lighter else self.scale
-        gap = LEAST_SHAKING_GAP_FILLED / (self.unit if lighter else 1.0)
+        gap = LEAST_SHAKING_GAP_FILLED / self.unit if lighter else self.gap
         gain = float(self.taken.gains(forms, shifts, price).sum())
         gain += price * float(self.shares @ self.taken.masses)
         gain -= float(triangles(forms).reshape(-1) @ s)

@@ -114,27 +114,37 @@ class PartialBalance(WithPage, WithPicture):
 
     @property
     def sentence(self) -> str:
-        """The answer in one sentence: what is left to shake, and the added mass."""
+        """The answer in one sentence: what is left to shake, and the added mass.
+
+        Loads are peaks where these are minimised, else root mean squares. What is minimised
+        comes first, if it is not the shaking.
+        """
         if self.shaking is None:
             return f"{self.words[0].upper()}{self.words[1:]}."
+        prefix, figure = ("peak_", "peak") if self.minimise == "peak" else ("", "rms")
         loads = [
             f"{name} {self._change(part, unit)}"
             for name, part, unit in (
-                ("Shaking force", "force", "N rms"),
-                ("moment", "moment", "N m rms"),
+                ("shaking force", f"{prefix}force", f"N {figure}"),
+                ("moment", f"{prefix}moment", f"N m {figure}"),
                 ("vibration", "vibration", "m rms"),
             )
             if getattr(self.given, part) is not None
         ]
+        if self.minimise in ("torque", "bearing") and self.frame is None:
+            slides = {*self.given.torque} <= self.space.linkage.sliding
+            unit = "N" if self.minimise == "bearing" or slides else "N m"
+            loads.insert(0, f"{self.front.objective} {self._change('objective', unit)}")
         moved = moved_text(self.moved)
-        return f"{', '.join([*loads, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
+        text = f"{', '.join([*loads, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
+        return f"{text[0].upper()}{text[1:]}"
 
     def _change(self, part: str, unit: str) -> str:
         """Write a figure before and after; what the solver does not determine is 0."""
         assert self.shaking is not None
         before, after = getattr(self.given, part), getattr(self.shaking, part)
         least = SHAKING_GAP_PROVED * before
-        if part != "vibration":
+        if part not in ("vibration", "objective"):
             least = max(least, self.round_off_of(part))
         return change_text(before, after, unit, least)
 
@@ -145,7 +155,7 @@ class PartialBalance(WithPage, WithPicture):
         """
         near = min(motion.conditioning for motion in self.motions) < CONDITIONING_NOTICE
         share = SINGULAR_MOTION_DETERMINED if near else SHAKING_RELATIVE
-        arm = 1.0 if part == "force" else self.space.linkage.spatial_chain.frame.length
+        arm = 1.0 if part.endswith("force") else self.space.linkage.spatial_chain.frame.length
         return arm * share * max(self.given.bearing.values(), default=0.0)
 
     @property

@@ -78,7 +78,11 @@ class ShakingProgram:
         """Compute ``|R [s; 1]|``, or the largest load of the samples."""
         if self.samples.size:
             return float(self._sizes(s).max())
-        return float(np.linalg.norm(self.factor @ np.append(s, 1.0)))
+        return float(np.linalg.norm(self.load(s)))
+
+    def load(self, s: Array) -> Array:
+        """Compute ``R [s; 1]`` (rows,), whose size is the root of the mean."""
+        return np.asarray(self.factor @ np.append(s, 1.0))
 
     @property
     def unit(self) -> float:

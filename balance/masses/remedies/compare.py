@@ -77,6 +77,7 @@ class RemedyComparison(WithPage, WithPicture):
         request: the request.
         own_masses: whether masses of the links of the linkage can balance it.
         results: results in the order of the catalogue.
+        following: the command that comes next, with what was asked; empty without one.
     """
 
     page_maker = "remedies:remedies_page"
@@ -85,6 +86,7 @@ class RemedyComparison(WithPage, WithPicture):
     request: RemedyRequest
     own_masses: Feasibility
     results: tuple[AppliedRemedy, ...]
+    following: str = ""
 
     def __repr__(self) -> str:
         """Up to four lines: the linkage, and which remedies help."""

@@ -50,7 +50,7 @@ class LeastMatter(NamedTuple):
     def reason(self) -> str:
         """Why matter in the regions does not balance, in one line."""
         if self.anywhere is not None and self.anywhere.verdict == "infeasible":
-            return f"no masses whatever: {self.anywhere.words.removeprefix('infeasible: ')}"
+            return f"no masses whatever: {self.anywhere.reason}"
         return self.matter.words
 
     def rim_text(self, links: Sequence[str]) -> str:

@@ -13,6 +13,7 @@ from kinematics.error_text import did_you_mean
 from kinematics.errors import BodyError, LinkageError, UsageError
 from kinematics.model.linkage import GROUND, Linkage, LinkPose
 from kinematics.numerics.array_types import Array
+from kinematics.wording import without_round_off
 
 
 class AttachedEnd(NamedTuple):
@@ -192,7 +193,8 @@ def _mass_centre(
         )
     centre = body.inertia[1:4] / body.inertia[0]
     local = place.pose[:3, :3].T @ (centre - place.pose[:3, 3])
-    return tuple((x, x) for x in _without_round_off(local, linkage))
+    local = without_round_off(local, input_chain(linkage).frame.length)
+    return tuple((x, x) for x in local.tolist())
 
 
 def _box_about_joint(
@@ -214,11 +216,5 @@ def _box_about_joint(
         top = linkage.joints[top].parent
     joint = linkage.joints[link if top == GROUND else top]
     pose, length = places[0].pose, input_chain(linkage).frame.length
-    local = _without_round_off(pose[:3, :3].T @ (joint.point - pose[:3, 3]), linkage)
-    return tuple((x - length, x + length) for x in local)
-
-
-def _without_round_off(point: Array, linkage: Linkage) -> list[float]:
-    """Round coordinates to twelve digits of the characteristic length."""
-    unit = 10.0 ** (np.floor(np.log10(input_chain(linkage).frame.length)) - 12.0)
-    return [float(x) for x in np.round(point / unit) * unit + 0.0]
+    local = without_round_off(pose[:3, :3].T @ (joint.point - pose[:3, 3]), length)
+    return tuple((x - length, x + length) for x in local.tolist())

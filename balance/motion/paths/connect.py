@@ -44,7 +44,7 @@ from kinematics.numerics.array_types import Array
 # taken.
 POLYNOMIALS = 32, 64, 128, 192, 256, 384, 512, 768
 # Momentum between the points, over what the rates could make, up to which a path is exact.
-BETWEEN = 1e-10
+EXACT_BETWEEN_POINTS = 1e-10
 # Least-norm steps from a first path, steps that shorten a path, and the first of their lengths.
 STEPS, SHORTENED, LONGEST = 40, 12, 0.5
 # Least part of a step that is tried.
@@ -295,7 +295,7 @@ def _solve(
             solution = _shorten(equations, solution)
         path = solution.path
         before, apart = apart, _momentum_between(equations, solution, follow)
-        if apart <= BETWEEN:
+        if apart <= EXACT_BETWEEN_POINTS:
             return solution
         solution = solution._replace(residual=apart)
         if _polynomials_needed(count, count - extra, apart, before) > POLYNOMIALS[-1]:
@@ -327,7 +327,7 @@ def _polynomials_needed(count: int, before: int, apart: float, apart_before: flo
     if not np.isfinite(apart_before):
         return count
     share = np.log(apart_before / apart) / (count - before)
-    return count + np.log(apart / BETWEEN) / share if share > 0.0 else np.inf
+    return count + np.log(apart / EXACT_BETWEEN_POINTS) / share if share > 0.0 else np.inf
 
 
 def _follow(

@@ -31,10 +31,10 @@ from kinematics.wording import number_text
 
 # Why there is no path where no rates are without reaction.
 FULL_RANK = "the momentum matrix has full column rank: no rates leave the base at rest"
-# Samples of a path for each unit of its length, fewest and most; and Gauss points between two
-# samples, by which arc lengths are computed.
+# Samples of a path for each unit of its length, fewest and most.
 PER_LENGTH, FEWEST, MOST = 120, 401, 6401
-BETWEEN = 5
+# Gauss points between two samples, by which arc lengths are computed.
+GAUSS_POINTS = 5
 # First paths that are tried: the straight line, and loops.
 STARTS = 16
 # Poses on the straight line to the pose.
@@ -270,12 +270,12 @@ def _path_of_samples(
     Splines are least exact at their ends.
     """
     tau = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count)))
-    points, weights = np.polynomial.legendre.leggauss(BETWEEN)
+    points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     half = 0.5 * np.diff(tau)
     inner = (tau[:-1, None] + half[:, None] * (1.0 + points)).ravel()
     x, rates = connection.path.at(inner)
     speeds = _speeds(rest, equations, connection, x, rates, inner)
-    steps = half * (speeds.reshape(-1, BETWEEN) @ weights)
+    steps = half * (speeds.reshape(-1, GAUSS_POINTS) @ weights)
     s = np.append(0.0, np.cumsum(steps))
     x, rates = connection.path.at(tau)
     poses = _poses(equations, connection, x, tau)

@@ -20,7 +20,7 @@ from kinematics.closure.newton_kernels import (
     follow_series,
     newton_workspace,
 )
-from kinematics.closure.series import series_workspace, spatial_series
+from kinematics.closure.series import planar_series, series_workspace, spatial_series
 from kinematics.model.arrays import Chain
 from kinematics.model.spatial.displacements import place_links
 from kinematics.numerics.array_types import Array
@@ -32,87 +32,102 @@ PREDICTION_ORDER = 3
 MAX_STEPS = 200
 
 
-@kernel
-def follow_samples(chain, path, limits, pose, motion, workspace):
-    """Follow inputs from sample to sample, on one branch.
+def _make_follower(dim):
+    """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
-    Args:
-        chain: in: arrays of a spatial chain, as `Chain.walked`.
-        path: in: from each sample to the next, the motion of the joints along a line of the
-            inputs (N, n, 1), which links it moves (n, 1), and its length (N,); velocities and
-            accelerations of the inputs (N, 1, width).
-        limits: in: bound on joint rates for unit rates of the inputs, bound on the smallest
-            pivot of the loop matrix, over that of the reference pose, this pivot, and the
-            shortest step of the inputs (4,).
-        pose: in, out: joint positions of the first sample (n,), displacements (n, 4, 4) and
-            screws (n, 6) there; workspace (n,).
-        motion: out: positions, velocities and accelerations of all joints (N, n); in, out:
-            largest closure residual, the smallest pivot over that of the reference, and the
-            share of the way to the next sample behind which the motion ends (3,).
-        workspace: as from `motion_workspace`.
+    @kernel(reference_counting=False)
+    def follow_samples(chain, path, limits, pose, motion, workspace):
+        """Follow inputs from sample to sample, on one branch.
 
-    Returns:
-        The first sample beyond which the motion cannot be followed; N if there is none.
-    """
-    parent, screws, ends, mimics, _, _, envelope = chain
-    lines, narrow, lengths, speeds, changes = path
-    q, H, s, scratch_q = pose
-    positions, velocities, accelerations, extremes = motion
-    near, far, steps, ray, b = workspace
-    C, diagonal, width = near[4][0], near[1], speeds.shape[2]
-    for k in range(lengths.size):
-        spatial_series(0, 1, 0, 1, chain, s, speeds[k], near)
-        pivot = 1.0
-        for d in range(near[0].shape[0]):  # the first numbers are the diagonal of R
-            pivot = abs(diagonal[d]) if d == 0 else min(pivot, abs(diagonal[d]))
-        extremes[1] = min(extremes[1], pivot / limits[2])
-        if not extremes[1] >= limits[1]:
-            return k
-        for j in range(q.size):
-            speed = change = 0.0
-            for w in range(width):
-                # The negated comparison also ends the motion at a NaN.
-                if not abs(C[0, j, w]) <= limits[0]:
-                    return k
-                speed += C[0, j, w] * speeds[k, 0, w]
-                change += C[0, j, w] * changes[k, 0, w] + C[1, j, w] * speeds[k, 0, w]
-            positions[k, j], velocities[k, j], accelerations[k, j] = q[j], speed, change
-        # H[:0]: no gaps, the loops are closed at the reference pose
-        fill_closure_residual(H, ends, H[:0], b, 6, steps[3])
-        square = 0.0
-        for i in range(ends.shape[0] * 6):
-            square += b[i] * b[i]
-        for relation in range(mimics.shape[0]):
-            total = 0.0
-            for j in range(q.size):
-                total += mimics[relation, j] * q[j]
-            square += total * total
-        extremes[0] = max(extremes[0], np.sqrt(square))
-        line = (parent, screws, ends, mimics, lines[k], narrow, envelope)
-        remaining = lengths[k]
-        for _ in range(MAX_STEPS):
-            if remaining == 0.0:
-                break
-            spatial_series(0, PREDICTION_ORDER, 0, 1, line, s, ray, far)
-            step = follow_series(line, q, far[4][0], ray[0], remaining, scratch_q, H, s, steps)
-            if step == 0.0 or (step < limits[3] and step < remaining):
-                extremes[2] = 1.0 - remaining / lengths[k]
+        Args:
+            chain: in: arrays of the chain, as `Chain.walked`.
+            path: in: from each sample to the next, the motion of the joints along a line of
+                the inputs (N, n, 1), which links it moves (n, 1), and its length (N,);
+                velocities and accelerations of the inputs (N, 1, width).
+            limits: in: bound on joint rates for unit rates of the inputs, bound on the smallest
+                pivot of the loop matrix, over that of the reference pose, this pivot, and the
+                shortest step of the inputs (4,).
+            pose: in, out: joint positions of the first sample (n,), displacements (n, 4, 4)
+                or (n, 3, 3) and screws (n, dim) there; workspace (n,).
+            motion: out: positions, velocities and accelerations of all joints (N, n); in, out:
+                largest closure residual, the smallest pivot over that of the reference, and the
+                share of the way to the next sample behind which the motion ends (3,).
+            workspace: as from `motion_workspace`.
+
+        Returns:
+            The first sample beyond which the motion cannot be followed; N if there is none.
+        """
+        parent, screws, ends, mimics, _, _, envelope = chain
+        lines, narrow, lengths, speeds, changes = path
+        q, H, s, scratch_q = pose
+        positions, velocities, accelerations, extremes = motion
+        near, far, steps, ray, b = workspace
+        C, diagonal, width = near[4][0], near[1], speeds.shape[2]
+        for k in range(lengths.size):
+            if dim == 3:
+                planar_series(0, 1, 0, 1, chain, s, speeds[k], near)
+            else:
+                spatial_series(0, 1, 0, 1, chain, s, speeds[k], near)
+            pivot = 1.0
+            for d in range(near[0].shape[0]):  # the first numbers are the diagonal of R
+                pivot = abs(diagonal[d]) if d == 0 else min(pivot, abs(diagonal[d]))
+            extremes[1] = min(extremes[1], pivot / limits[2])
+            if not extremes[1] >= limits[1]:
                 return k
             for j in range(q.size):
-                q[j] = scratch_q[j]
-            remaining -= step
-        if remaining > 0.0:
-            extremes[2] = 1.0 - remaining / lengths[k]
-            return k
-    return lengths.size
+                speed = change = 0.0
+                for w in range(width):
+                    # The negated comparison also ends the motion at a NaN.
+                    if not abs(C[0, j, w]) <= limits[0]:
+                        return k
+                    speed += C[0, j, w] * speeds[k, 0, w]
+                    change += C[0, j, w] * changes[k, 0, w] + C[1, j, w] * speeds[k, 0, w]
+                positions[k, j], velocities[k, j], accelerations[k, j] = q[j], speed, change
+            # H[:0]: no gaps, the loops are closed at the reference pose
+            fill_closure_residual(H, ends, H[:0], b, dim, steps[3])
+            square = 0.0
+            for i in range(ends.shape[0] * dim):
+                square += b[i] * b[i]
+            for relation in range(mimics.shape[0]):
+                total = 0.0
+                for j in range(q.size):
+                    total += mimics[relation, j] * q[j]
+                square += total * total
+            extremes[0] = max(extremes[0], np.sqrt(square))
+            line = (parent, screws, ends, mimics, lines[k], narrow, envelope)
+            remaining = lengths[k]
+            for _ in range(MAX_STEPS):
+                if remaining == 0.0:
+                    break
+                if dim == 3:
+                    planar_series(0, PREDICTION_ORDER, 0, 1, line, s, ray, far)
+                else:
+                    spatial_series(0, PREDICTION_ORDER, 0, 1, line, s, ray, far)
+                step = follow_series(
+                    line, q, far[4][0], ray[0], remaining, scratch_q, H, s, steps
+                )
+                if step == 0.0 or (step < limits[3] and step < remaining):
+                    extremes[2] = 1.0 - remaining / lengths[k]
+                    return k
+                for j in range(q.size):
+                    q[j] = scratch_q[j]
+                remaining -= step
+            if remaining > 0.0:
+                extremes[2] = 1.0 - remaining / lengths[k]
+                return k
+        return lengths.size
+
+    return follow_samples
+
+
+follow_samples, follow_planar_samples = _make_follower(6), _make_follower(3)
 
 
 def motion_workspace(chain: Chain) -> tuple[object, ...]:
     """Allocate the workspace of `follow_samples`.
 
     Args:
-        chain: the linkage as arrays of a spatial chain. Samples are predicted along one
-            coordinate.
+        chain: the linkage as arrays. Samples are predicted along one coordinate.
 
     Returns:
         Workspaces of both series and of Newton's method, the ray (1, 1), and the residual of
@@ -125,11 +140,23 @@ def motion_workspace(chain: Chain) -> tuple[object, ...]:
         series_workspace(narrow, 1, PREDICTION_ORDER),
         newton_workspace(chain, PREDICTION_ORDER + 1),
         np.ones((1, 1)),
-        np.zeros(len(chain.ends) * 6),
+        np.zeros(len(chain.ends) * chain.screws.shape[1]),
     )
 
 
-@kernel
+def _regressors_at_by_arrays(chain, links, sample, workspace, carried):
+    """Compute regressors as `_regressors_at` does: those of all bodies at once."""
+    q, speed, change = sample
+    series, (H, N, X, _), (pose, scratch, both) = workspace
+    place_links(chain[0], chain[1], q, pose, carried, scratch)
+    spatial_series(0, 1, 0, 1, chain, carried, speed, series)
+    X[:] = 0.0
+    spatial_regressor(0, 1, 0, 1, pose, links, chain[5], series[3], series[5], H, N, X)
+    rates = X[0, 0].T @ change[0] + X[1, 0].T @ speed[0]
+    both[0], both[1] = (X[0, 0].T @ speed[0]).transpose(1, 2, 0), rates.transpose(1, 2, 0)
+
+
+@kernel(reference_counting=False, uncompiled=_regressors_at_by_arrays)
 def _regressors_at(chain, links, sample, workspace, carried):
     """Compute the regressors of momentum and rate at one sample, in the workspace.
 
@@ -161,7 +188,7 @@ def _regressors_at(chain, links, sample, workspace, carried):
                 both[0, b, i, p], both[1, b, i, p] = momentum, rate
 
 
-@kernel
+@kernel(reference_counting=False)
 def fill_load_regressors(chain, links, samples, workspace, screws, loads):
     """Compute the regressors of momentum and rate of each body, at all samples.
 
@@ -186,7 +213,7 @@ def fill_load_regressors(chain, links, samples, workspace, screws, loads):
                     loads[1, k, b, i, p] = both[1, b, i, p]
 
 
-@kernel
+@kernel(reference_counting=False)
 def fill_loads(chain, links, z, samples, workspace, screws, loads):
     """Compute the momentum of each body and its rate, at all samples.
 

@@ -24,7 +24,11 @@ from balance.motion.motion_tolerances import (
     SAMPLE_REST,
 )
 from balance.motion.verification.input_paths import InputPath, random_sines
-from balance.motion.verification.motion_kernels import follow_samples, motion_workspace
+from balance.motion.verification.motion_kernels import (
+    follow_planar_samples,
+    follow_samples,
+    motion_workspace,
+)
 from balance.motion.verification.table_rounding import InputErrors
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.closure.newton import forward_kinematics
@@ -283,7 +287,9 @@ def track(
             reached a limit: steps shrink towards a dead centre without an end.
         start: positions of all joints at the first sample; computed by default.
     """
-    chain = input_chain(linkage)
+    # A planar linkage without idle joints is followed in its plane, in two thirds of the time.
+    flat = linkage.chain.planar and not linkage.idle
+    chain = linkage.chain if flat else input_chain(linkage)
     time, u, ud, udd = path
     scale = chain.units[linkage.positions_of(linkage.inputs)]
     if start is None:
@@ -301,7 +307,8 @@ def track(
     rates = (np.ascontiguousarray(x / scale)[:, None] for x in (ud, udd))
     purpose = ("motion",)
     workspace = chain.borrow(purpose, lambda: motion_workspace(chain))
-    reached = follow_samples(
+    follow = follow_planar_samples if flat else follow_samples
+    reached = follow(
         chain.walked,
         (lines, moves, lengths, *rates),
         np.array([fastest, least, loop_pivot(chain, chain.screws), shortest]),

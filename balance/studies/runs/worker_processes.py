@@ -19,6 +19,7 @@ from balance.studies.runs.chunk_job import ChunkJob, ChunkTask
 from balance.studies.runs.chunk_worker import ChunkOutcome, compute_chunk
 from balance.support.processes import end_with_parent, one_thread_each
 from kinematics.errors import WorkerError
+from kinematics.numerics.compiled.background import WORTH, kernel_clock
 
 # Chunks that a worker has at once: it computes one while another waits in its pipe.
 AHEAD = 2
@@ -102,6 +103,7 @@ class WorkerProcesses:
                 start.
         """
         rest, again = iter(tasks), deque[ChunkTask]()
+        kernel_clock.foresee(WORTH)
         try:
             while True:
                 self._hand_out(rest, again)

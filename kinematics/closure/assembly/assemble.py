@@ -183,7 +183,8 @@ def _assemble_at_pose(
     parts = split_components(draft, whole=chain)
     free, spectra = component_freedoms(parts, len(draft.joints))
     ranks: list[int | None] = [None] * len(parts)
-    planar = plane_normal(chain) is not None
+    normal = plane_normal(chain)
+    planar = normal is not None
     if not planar:
         ranks = regular_loop_ranks(draft, parts, spectra)
         free, spectra = component_freedoms(parts, len(draft.joints), ranks)
@@ -205,7 +206,7 @@ def _assemble_at_pose(
         for part, values, pose, rank in zip(parts, spectra, poses, ranks, strict=True)
         if rank is None
     )
-    spatial, flat = reduce_to_plane(chain, idle)
+    spatial, flat = reduce_to_plane(chain, idle, normal)
     notices += _note_nearly_planar(flat)
     notices += _note_small_singular_values(mobility, spectra, ranks)
     linkage = Linkage(

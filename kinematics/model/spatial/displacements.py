@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from kinematics.model.spatial.screws import skew
 from kinematics.numerics.compiled.jit import kernel
 
 
@@ -98,7 +99,33 @@ def _carry_screw(H, s, out):
     out[5] += H[0, 3] * out[1] - H[1, 3] * out[0]
 
 
-@kernel(reference_counting=False)
+def _place_links_by_arrays(parent, screws, q, H, s, E):
+    """Place links as `place_links` does, with the exponentials of all joints at once."""
+    n, m = parent.size, H.shape[1]
+    twists = np.zeros((n, m, m))
+    twists[:, :-1, -1] = screws[:, 1 - m :]
+    if m == 4:
+        twists[:, :3, :3] = skew(screws[:, :3])
+    else:
+        twists[:, 1, 0], twists[:, 0, 1] = screws[:, 0], -screws[:, 0]
+    squares, half, angle = twists @ twists, np.sin(0.5 * q), q[:, None, None]
+    places = np.eye(m) + angle * twists + (2.0 * half * half)[:, None, None] * squares
+    places += (angle - np.sin(angle)) * (squares @ twists)
+    for j, before in enumerate(parent.tolist()):
+        H[j] = H[before] @ places[j] if before >= 0 else places[j]
+    s[:n] = screws
+    moved = np.flatnonzero(parent >= 0)
+    R, d = H[parent[moved], :-1, :-1], H[parent[moved], :-1, -1]
+    if m == 4:
+        turned = R @ screws[moved, :3, None]
+        s[moved, :3] = turned[:, :, 0]
+        s[moved, 3:] = (R @ screws[moved, 3:, None] + skew(d) @ turned)[:, :, 0]
+    else:
+        turned = (R @ screws[moved, 1:, None])[:, :, 0]
+        s[moved, 1:] = turned + screws[moved, :1] * d[:, ::-1] * [1.0, -1.0]
+
+
+@kernel(reference_counting=False, uncompiled=_place_links_by_arrays)
 def place_links(parent, screws, q, H, s, E):
     """Compute the displacement of every link, and carry every screw to the pose.
 

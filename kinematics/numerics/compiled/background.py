@@ -80,9 +80,10 @@ class _ProcessChoice:
 def begin_command() -> None:
     """Compile kernels in the background from now on, unless the environment chooses otherwise.
 
-    Call it before any kernel is imported, in a process that runs one command.
+    Call it before any kernel is imported, in a process that runs one command. The processes
+    that this one starts read the choice from the environment.
     """
-    _ProcessChoice.default = "background"
+    os.environ[VARIABLE] = os.environ.get(VARIABLE) or "background"
 
 
 def compile_mode() -> str:
@@ -176,7 +177,11 @@ class _KernelClock:
         self._compiled = frozenset([ALL])
 
     def foresee(self, seconds: float) -> None:
-        """Change to compiled kernels before a run that would take long uncompiled."""
+        """Change to compiled kernels before a run that would take long uncompiled.
+
+        A process that starts others to compute calls it before, because they start none that
+        compiles: each takes up the kernels that the process of this one compiles.
+        """
         if seconds >= WORTH:
             self.add(seconds)
 
@@ -197,11 +202,17 @@ kernel_clock = _KernelClock()
 
 
 def _start_background() -> None:
-    """Start the process that compiles, unless one runs already or there is no cache folder."""
+    """Start the process that compiles, unless one runs already or there is no cache folder.
+
+    A process that another one has started to compute does nothing.
+    """
     import subprocess
+    from multiprocessing import parent_process
 
     from filelock import FileLock, Timeout
 
+    if parent_process() is not None:
+        return
     folder = cache_folder()
     if folder is None or _ProcessChoice.warm_up is None:
         logger.warning(NO_FOLDER)

@@ -24,6 +24,8 @@ kernel.
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 import numpy as np
 
 from kinematics.numerics.array_types import Array, IntArray
@@ -173,7 +175,25 @@ def fill_envelope(screws, mimics, envelope, F):
             F[c, at + i] = sign * screws[j, i]
 
 
-@kernel(reference_counting=False)
+def _factor_envelope_by_arrays(F, envelope, diagonal):
+    """Factor as `factor_envelope` does: columns that begin at one row are reflected at once."""
+    top, below, right = (envelope[row].tolist() for row in (TOP, BELOW, RIGHT))
+    for k in range(len(F)):
+        v = F[k, k - top[k] : below[k] - top[k]]
+        r = np.sqrt(v @ v)
+        diagonal[k] = r = -r if v[0] > 0.0 else r
+        if r == 0.0:
+            continue
+        v[0] -= r
+        scaled, j = v / (r * v[0]), k + 1
+        while j < right[k]:
+            end = bisect_right(top, top[j], j, right[k])
+            columns = F[j:end, k - top[j] : k - top[j] + v.size]
+            columns += (columns @ v)[:, None] * scaled
+            j = end
+
+
+@kernel(reference_counting=False, uncompiled=_factor_envelope_by_arrays)
 def factor_envelope(F, envelope, diagonal):
     """Compute the Householder QR of a matrix in its envelope, in place.
 
@@ -234,7 +254,21 @@ def pivots(screws: Array, mimics: Array, envelope: IntArray, count: int) -> Arra
     return diagonal
 
 
-@kernel(reference_counting=False)
+def _solve_least_norm_by_arrays(F, envelope, diagonal, b):
+    """Solve as `solve_least_norm` does, column by column."""
+    top, below = envelope[TOP].tolist(), envelope[BELOW].tolist()
+    columns = len(F)
+    for k in range(columns):
+        if diagonal[k] != 0.0:
+            v, y = F[k, k - top[k] : below[k] - top[k]], b[k : below[k]]
+            y += (v @ y / (diagonal[k] * v[0])) * v
+    for k in range(columns - 1, -1, -1):
+        b[k] = b[k] / diagonal[k] if diagonal[k] != 0.0 else 0.0
+        b[top[k] : k] -= b[k] * F[k, : k - top[k]]
+    return np.sqrt(b[columns:] @ b[columns:])
+
+
+@kernel(reference_counting=False, uncompiled=_solve_least_norm_by_arrays)
 def solve_least_norm(F, envelope, diagonal, b):
     """Compute the least-squares solution of ``S x = b`` from the factors of S.
 

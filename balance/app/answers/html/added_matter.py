@@ -28,7 +28,10 @@ from balance.motion.verification.before_after import BeforeAfter
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.linkage_names import linkage_title
 from kinematics.numerics.array_types import Array
+from kinematics.wording import number_text, vector_text
 
+# Part of a region below which matter that is missing is round-off: it is full.
+MISSING = 1e-9
 SCRIPTS = ("drawing", "masses", "additions", "weights", "comparison")
 # Points of a drawn circle.
 AROUND = 48
@@ -97,10 +100,29 @@ def _rows_with_parts(
 ) -> list[tuple[str, ...]]:
     """Build the table of weights, with the part of its region that each fills, if any does."""
     head, *rows = counterweight_rows(weights, links, WORKSHOP, 6, nothing)
-    filled = {each.link: f"{how}{each.what}" for each in weights if each.form is not None}
+    parts = [each for each in weights if each.form is not None]
+    filled = {each.link: f"{how}{_part_in_mm(each)}" for each in parts}
     if not filled:
         return [head, *rows]
     return [(*head, "fills"), *((*row, filled.get(row[0], "")) for row in rows)]
+
+
+def _part_in_mm(weight: Counterweight) -> str:
+    """Say which part of its region a weight fills, in mm as in its table."""
+    share, region = number_text(100.0 * weight.share, ".3g"), weight.region
+    sizes = [number_text(size) for size in (1e3 * np.linalg.norm(region.place[:3, :3], axis=0))]
+    whole = weight.share > 1.0 - MISSING
+    if whole and region.kind in ("sector", "cylinder"):
+        thickness = number_text(2e3 * float(np.linalg.norm(region.place[:3, 2])))
+        kind, wide = "disc", ""
+        if region.kind == "sector":
+            kind, wide = "sector", f"{np.degrees(2.0 * region.half_angle):.4g}° and "
+        return f"all of a {kind} of {wide}radius {sizes[0]} mm, {thickness} mm thick"
+    if weight.cut is None:
+        return f"{share} % of its region"
+    normal, distance = weight.cut
+    place = f"beyond {number_text(1e3 * distance)} mm along {vector_text(normal)}"
+    return f"{share} % of its region: {place}"
 
 
 def _addition(

@@ -82,7 +82,7 @@ def remedies_page(comparison: RemedyComparison) -> str:
     return render_page(
         "remedies.html",
         title=linkage_title(comparison.request.linkage),
-        summary=remedies_sentence(comparison),
+        summary=_summary(comparison),
         report=comparison.to_dict(),
         data={"figures": [_cost_figure(comparison)]},
         scripts=("curves",),
@@ -92,6 +92,12 @@ def remedies_page(comparison: RemedyComparison) -> str:
         units=escape(UNITS),
         refused="\n".join(f"<li>{escape(line)}</li>" for line in refused_lines(comparison)),
     )
+
+
+def _summary(comparison: RemedyComparison) -> str:
+    """Say what to build, and with which command its file is made."""
+    following = f" Next: {comparison.following}" if comparison.following else ""
+    return f"{remedies_sentence(comparison)}{following}"
 
 
 def _drawings(comparison: RemedyComparison) -> str:

@@ -38,6 +38,8 @@ FRAMES = (
     "Places, directions and regions are in the link frames of the file, and moments of inertia "
     "along their axes."
 )
+# Angle of a sector below which no workshop cuts it, and that of one which it does, radians.
+SLIVER, CUT_ANGLE = np.radians(15.0), np.radians(60.0)
 # What a link gets to which no matter needs to be added.
 NONE_NEEDED = "none needed"
 
@@ -85,6 +87,7 @@ def counterweights_facts(
             added += " (balance reduce --pareto 10 weighs mass against shaking)"
         pairs += moved_facts(counterweights.moved)
         pairs += [("added", added), *_shape_facts(counterweights)]
+        pairs += sliver_facts(counterweights.weights)
         pairs += density_facts(counterweights.weights)
         pairs.append(("residual", size_text(counterweights.residual or 0.0)))
     if counterweights.check:
@@ -176,6 +179,31 @@ def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
         "dense as steel if it filled its region (without --points a density limits it)"
     )
     return [("density", text)]
+
+
+def sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
+    """Say which sectors are too narrow to cut, and which shapes of the same mass are not.
+
+    A disc at the rim lies further out than a narrow sector, whose centre is at two thirds of
+    its radius; a sector of `CUT_ANGLE` and the same mass is nearer to the joint.
+    """
+    pairs = []
+    for weight in weights:
+        region = weight.region
+        angle = 2.0 * region.half_angle
+        if region.kind != "sector" or angle >= SLIVER:
+            continue
+        radius, _, half = np.linalg.norm(region.place[:3, :3], axis=0).tolist()
+        thickness = f"{number_text(2e3 * half)}mm"
+        wide = number_text(1e3 * radius * (angle / CUT_ANGLE) ** 0.5, ".2g")
+        turn = number_text(np.degrees(angle), ".2g")
+        text = (
+            f"a sector of {turn}° on '{weight.link}' is too narrow to cut: take --shape "
+            f"disc={thickness}, which may lie further out, or --shape "
+            f"sector={thickness},{wide}mm, of {np.degrees(CUT_ANGLE):.0f}° nearer to the joint"
+        )
+        pairs.append(("sliver", text))
+    return pairs
 
 
 def part_lines(weights: Sequence[Counterweight], how: str = "") -> list[str]:

@@ -14,6 +14,7 @@ from balance.app.answers.text.counterweights import (
     density_facts,
     moved_facts,
     part_lines,
+    sliver_facts,
 )
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.counterweights.link_regions import default_region
@@ -44,7 +45,7 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
     if best.shaking is not None:
         pairs += _shaking_facts(front, best, best.shaking)
         pairs += moved_facts(best.moved)
-        pairs += _shape_facts(front, best)
+        pairs += [*_shape_facts(front, best), *sliver_facts(best.weights)]
         several = len(front.designs) > 1
         room = _filled_facts(best) if several else _room_facts(best)
         if best.shape is not None:
@@ -71,16 +72,18 @@ def _shaking_facts(
 ) -> list[tuple[str, str]]:
     """List force and moment, before and after, and how far tables let them be off."""
     pairs = []
-    for name, unit in (("force", "N"), ("moment", "N m")):
-        sizes = getattr(best.given, name), getattr(shaking, name)
-        least = best.round_off_of(name)
-        scale = max(sizes[0], least / SHAKING_GAP_PROVED)
-        before, after = (
-            unit_text(size, unit, FORM, scale, SHAKING_GAP_PROVED) for size in sizes
-        )
-        growth = _growth_text(front, name) if grows(*sizes, least) else ""
-        text = f"{before} before, {after} after (rms){growth}"
-        pairs.append((name, text))
+    figures = {"": "rms", "peak_": "peak"} if front.minimise == "peak" else {"": "rms"}
+    for prefix, figure in figures.items():
+        for name, unit in (("force", "N"), ("moment", "N m")):
+            sizes = getattr(best.given, prefix + name), getattr(shaking, prefix + name)
+            least = best.round_off_of(name)
+            scale = max(sizes[0], least / SHAKING_GAP_PROVED)
+            before, after = (
+                unit_text(size, unit, FORM, scale, SHAKING_GAP_PROVED) for size in sizes
+            )
+            growth = _growth_text(front, name) if grows(*sizes, least) else ""
+            text = f"{before} before, {after} after ({figure}){growth}"
+            pairs.append((name if prefix == "" else f"peak {name}", text))
     if best.given.force_off > 0.0 or shaking.force_off > 0.0:
         pairs.append(("tables", _rounding_text(best)))
     return pairs

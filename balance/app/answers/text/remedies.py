@@ -18,6 +18,13 @@ NONE = "-"
 # Gaps below it are those of the solver.
 GAP_DETERMINED = 1e-6
 ONLY_COPIES = "of these remedies only copies of the whole linkage balance it"
+# Verdicts of what does not help, as lines begin, and where one reads why.
+UNHELPFUL = {
+    "undecided": "undecided",
+    "infeasible": "no masses do",
+    "refused": "not for this machine",
+}
+WHY = "why: --only NAME, or --html FILE.html for all of them"
 HEAD = (
     "remedy",
     "verdict",
@@ -65,12 +72,6 @@ def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[t
         ),
     ]
     unbuilt = only_unbuilt(comparison)
-    if unbuilt:
-        pairs.append(("build first", _unbuilt_text(comparison)))
-    elif comparison.balanced:
-        first = comparison.by_preference[0]
-        pairs.append(("build first", f"{first.short}: {first.words}; {first.reason}"))
-        pairs.append(("because", comparison.why_first))
     if unbuilt or comparison.only_copies:
         words = [ONLY_COPIES] * comparison.only_copies
         words += ["--balance force: the forces alone"] * (request.balance == "dynamic")
@@ -89,8 +90,7 @@ def _other_masses_text(comparison: RemedyComparison) -> str:
             "design); the remedies keep the masses of the file and add to them"
         )
     if anew.verdict == "infeasible":
-        why = anew.words.removeprefix("infeasible: ")
-        return f"no masses of the links alone balance it: {why}"
+        return f"no masses of the links alone balance it: {anew.reason}"
     return f"whether other masses of the links alone would balance it is {anew.words}"
 
 
@@ -118,27 +118,48 @@ def _less_shaking(comparison: RemedyComparison) -> list[AppliedRemedy]:
 
 
 def remedies_sentence(comparison: RemedyComparison) -> str:
-    """Say in one sentence what to build, or that nothing balances the linkage."""
+    """Say what one would build and what it costs, or that nothing balances the linkage."""
     if only_unbuilt(comparison):
-        return f"Build {_unbuilt_text(comparison)}."
+        return f"{_in_practice(comparison)}{_why_unbuilt(comparison)}."
     if comparison.balanced:
-        first = comparison.by_preference[0]
-        return f"Build first: {first.short}, {first.words}; {first.reason}."
+        return f"Build {comparison.by_preference[0].short}: {comparison.why_first}."
     if comparison.verdict == "undecided":
-        return "It is undecided whether one of these remedies balances the linkage."
-    return "None of these remedies balances the linkage."
+        none = "whether one of these remedies balances the linkage is undecided"
+    else:
+        none = "none of these remedies balances the linkage"
+    practice = _in_practice(comparison)
+    return f"{practice or none[0].upper()}{none if practice else none[1:]}."
 
 
-def _unbuilt_text(comparison: RemedyComparison) -> str:
-    """Say why one builds nothing of what balances, and what one builds in practice."""
+def first_choice(comparison: RemedyComparison) -> AppliedRemedy | None:
+    """Find the result that one would build first; None if none helps so that one would."""
+    if comparison.balanced and not only_unbuilt(comparison):
+        return comparison.by_preference[0]
+    less = _less_shaking(comparison)
+    return less[0] if less else None
+
+
+def _in_practice(comparison: RemedyComparison) -> str:
+    """Say which partial balance one builds, then a semicolon; empty if there is none."""
+    given, ways = comparison.request.given_mass, []
+    for way in _less_shaking(comparison):
+        ratio = number_text(way.added_mass_with_gears / given, ".2g")
+        cost = f"{way.added_text} added, {ratio} times the mass of the linkage"
+        ways.append(f"{way.short} ({cost}; shaking left: {_shaking_text(way)})")
+    return f"Build {', or '.join(ways)}; " if ways else ""
+
+
+def _why_unbuilt(comparison: RemedyComparison) -> str:
+    """Say why one builds nothing of what balances."""
     given = comparison.request.given_mass
     light = [each for each in comparison.balanced if not comparison.too_heavy(each)]
     each = (light or comparison.balanced)[0]
     ratio = number_text(each.added_mass_with_gears / given, ".2g")
-    text = (
-        f"none of those that balance: the lightest ({each.short}) adds {each.added_text}, "
-        f"{ratio} times the mass of the linkage"
-    )
+    what = "all shaking" if comparison.request.balance == "dynamic" else "the force"
+    text = f"balancing {what} is not worth it: the lightest way ({each.short}) adds "
+    text += f"{each.added_text}, {ratio} times the mass of the linkage"
+    if not _less_shaking(comparison):
+        text = text[0].upper() + text[1:]
     if each.remedy in COPIES:
         text += (
             f", {count_noun(len(each.new_links), 'link')} and "
@@ -146,11 +167,7 @@ def _unbuilt_text(comparison: RemedyComparison) -> str:
         )
         if each.built is not None and each.built.width_ratio is not None:
             text += f", at {number_text(each.built.width_ratio, '.2g')} times the width"
-    ways = [
-        f"{way.short} ({way.added_text} added; shaking left: {_shaking_text(way)})"
-        for way in _less_shaking(comparison)
-    ]
-    return text + (f"; in practice one builds {' or '.join(ways)}" if ways else "")
+    return text
 
 
 def _shaking_text(applied: AppliedRemedy) -> str:
@@ -167,13 +184,19 @@ def _shaking_text(applied: AppliedRemedy) -> str:
     return f"× {size}"
 
 
-def remedy_rows(comparison: RemedyComparison) -> list[tuple[str, ...]]:
+def remedy_rows(
+    comparison: RemedyComparison, *, helping: bool = False
+) -> list[tuple[str, ...]]:
     """Build the table of remedies in the order of preference, its head first.
 
     Those that do not apply to this linkage are left out; see `refused_lines`.
+
+    Args:
+        helping: whether those that do not help are left out too.
     """
     given_mass = comparison.request.given_mass
-    return [HEAD, *(_row(applied, given_mass) for applied in applicable(comparison))]
+    shown = [each for each in applicable(comparison) if each.helps or not helping]
+    return [HEAD, *(_row(applied, given_mass) for applied in shown)]
 
 
 def applicable(comparison: RemedyComparison) -> list[AppliedRemedy]:
@@ -216,22 +239,39 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
 
 
 def remedies_body(comparison: RemedyComparison, reduce: str = REDUCE) -> AnswerBody:
-    """Build what is printed on a comparison; see `remedies_facts`."""
+    """Build what is printed on a comparison: the answer, the next command, facts, and costs.
+
+    Where all remedies were tried, those that do not help are named without their reasons.
+    """
+    some = bool(comparison.request.only)
+    rows = remedy_rows(comparison, helping=not some)
     reasons = [
         f"{each.short} ({each.remedy}): {each.words}; {each.reason}"
         for each in applicable(comparison)
+        if some or each.helps
     ]
-    table: list[AnswerPart] = []
-    if reasons:
-        table = [AnswerTable(remedy_rows(comparison)), UNITS, ""]
+    table: list[AnswerPart] = [AnswerTable(rows), UNITS, ""] if len(rows) > 1 else []
     return [
+        remedies_sentence(comparison),
+        *([f"Next: {comparison.following}"] if comparison.following else []),
+        "",
         Facts(remedies_facts(comparison, reduce)),
         "",
         *table,
         *reasons,
-        *refused_lines(comparison),
+        *(refused_lines(comparison) if some else _unhelpful_lines(comparison)),
         *_trade_offs(comparison),
     ]
+
+
+def _unhelpful_lines(comparison: RemedyComparison) -> list[str]:
+    """Name the remedies that do not help, by verdict, and where their reasons are."""
+    lines = []
+    for verdict, text in UNHELPFUL.items():
+        same = [each.short for each in comparison.by_preference if each.verdict == verdict]
+        if same:
+            lines.append(f"{text}: {', '.join(dict.fromkeys(same))}")
+    return [*lines, WHY] if lines else []
 
 
 def _trade_offs(comparison: RemedyComparison) -> AnswerBody:

@@ -27,11 +27,12 @@ from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.clarabel_adapter import triangles as upper_triangle
 from balance.support.csv_text import csv_writer
 from balance.support.dxf import polylines_dxf
-from balance.support.tolerances import PART_MOMENTS, PART_ROUND_OFF
+from balance.support.tolerances import PART_MOMENTS
 from kinematics.error_text import quoted
 from kinematics.model.linkage import Notice
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array, IntArray
+from kinematics.wording import without_round_off
 
 TABLE = "parts.csv"
 COLUMNS = (
@@ -113,14 +114,14 @@ class CounterweightPart(NamedTuple):
         assert weight.density is not None
         mass, com, inertia = mass_properties(from_pseudo_inertia(weight.density * self.moments))
         size = weight.region.size
-        centre = _without_round_off(com + weight.com, size)
+        centre = without_round_off(com + weight.com, size)
         numbers = (
             weight.density,
             mass,
             mass / weight.density,
             plate.thickness if plate else None,
             *centre,
-            *_without_round_off(inertia[ENTRIES], mass * size * size),
+            *without_round_off(inertia[ENTRIES], mass * size * size),
             1e3 * mass,
             *(1e3 * x for x in centre),
             *(1e3 * np.ptp(self.solid.points, axis=0)),
@@ -228,11 +229,6 @@ def part_notices(
             )
             notices.append(Notice("rough_part", text))
     return tuple(notices)
-
-
-def _without_round_off(values: Array, size: float) -> list[float]:
-    """Replace values that are round-off of a size by 0."""
-    return [0.0 if abs(value) <= PART_ROUND_OFF * size else value for value in values.tolist()]
 
 
 def _stl(solid: PartMesh) -> bytes:

@@ -13,22 +13,33 @@ from balance.masses.counterweights.added_program import (
     AddedProgram,
     added_objective,
     build_added_program,
+    solve_added,
 )
 from balance.masses.counterweights.counterweight import change_words, filled_counterweight
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
-from balance.masses.counterweights.decide_points import balance_residual, decide, with_moments
+from balance.masses.counterweights.decide_points import (
+    balance_residual,
+    blank_answer,
+    decide,
+    decide_by_points,
+    decide_without_matter,
+    is_excluded,
+    with_moments,
+)
 from balance.masses.counterweights.moved_matter import moved_masses
 from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.masses.counterweights.volume.fill_program import (
     DensityNeeded,
+    FilledParts,
     density_gap,
     density_needed,
+    fill_from_points,
     fill_least,
     least_mass,
 )
 from balance.masses.counterweights.volume.filling_check import check_filling
 from balance.masses.counterweights.volume.mirror_images import halved_by_plane
-from balance.masses.designs.verdicts import TOO_NARROW, UNCHECKED_MATTER, UNSETTLED
+from balance.masses.designs.verdicts import TOO_NARROW, UNSETTLED
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import (
     COUNTERWEIGHT_RESIDUAL,
@@ -63,20 +74,32 @@ def decide_filled(
         moved: largest share of the given mass that may be moved, by position of the body.
     """
     regions = {b: stock.region for b, stock in stocks.items()}
-    points = decide(space, regions, minimise, price, moved)
     density = {space.bodies[b]: stock.density for b, stock in stocks.items()}
-    points = replace(points, density=density)
-    if points.verdict != "feasible" or not points.weights:
-        return points
-    blank = points.undecided(UNCHECKED_MATTER, moved={})
     program = build_added_program(space, regions, minimise, price, moved)
-    program, matter = halved_by_plane(program, stocks)
-    needed = density_needed(program, matter, how_much=relax)
+    blank = replace(blank_answer(program, minimise, moved or {}), density=density)
+    answer = decide_without_matter(blank, program)
+    if answer is not None:
+        return answer
+    halved, matter = halved_by_plane(program, stocks)
+    mirrored = dict(zip(stocks, matter, strict=True))
+    points = solve_added(program)
+    needed: FilledParts | DensityNeeded | None = None
+    if not (moved or minimise == "inertia" or is_excluded(blank, program, points)):
+        needed = fill_from_points(halved, matter, program.lift @ points.dual, prove)
+    if isinstance(needed, FilledParts):
+        answer = _filled(blank, mirrored, halved, needed)
+        if answer.verdict == "feasible":
+            return answer
+    answer = decide_by_points(blank, program, points)
+    if answer.verdict != "feasible" or not answer.weights:
+        return answer
+    if relax or not isinstance(needed, DensityNeeded) or needed.bound <= 1.0:
+        needed = density_needed(halved, matter, how_much=relax)
     if needed.bound > 1.0:
-        return _excluded(blank, stocks, program, needed, relax)
+        return _excluded(blank, stocks, halved, needed, relax)
     if needed.factor > 1.0:
         return blank.undecided("matter of this density just or just not balances it")
-    return _filled(blank, dict(zip(stocks, matter, strict=True)), program, needed, prove)
+    return _filled(blank, mirrored, halved, fill_least(halved, matter, needed, prove))
 
 
 def balancing_mass(
@@ -143,19 +166,17 @@ def _describe_denser(
     program, matter = halved_by_plane(program, stocks)
     factor = needed.factor * (1.0 + density_gap(program))
     mass = least_mass(program, matter, needed, factor)
-    return (Relaxation(None, factor, program.unit * mass),)
+    return (Relaxation((), factor, program.unit * mass),)
 
 
 def _filled(
     blank: Counterweights,
     stocks: Mapping[int, Stock],
     program: AddedProgram,
-    needed: DensityNeeded,
-    prove: bool,
+    parts: FilledParts,
 ) -> Counterweights:
     """Return the verdict with parts of the regions that are filled, if they balance."""
     space = program.space
-    parts = fill_least(program, list(stocks.values()), needed, prove)
     z = with_moments(program, parts.moments, parts.shares)
     residual = balance_residual(space, z)
     if not residual <= COUNTERWEIGHT_RESIDUAL:

@@ -19,6 +19,7 @@ import numpy as np
 from balance.masses.counterweights.volume.rays import Rays, unit_gauss
 from balance.support.tolerances import CURVATURE_ZERO
 from kinematics.numerics.array_types import Array
+from kinematics.numerics.linalg.vectors import cross_products
 
 # Rays between two singular directions for the cube root of the number of rays in space.
 PER_INTERVAL = 0.8
@@ -54,7 +55,7 @@ def plane_across(axis: Array) -> Array:
     first = -axis[least] * axis
     first[least] += 1.0
     first /= np.sqrt(first @ first)
-    return np.column_stack([first, np.cross(axis, first)])
+    return np.column_stack([first, cross_products(axis, first)])
 
 
 def _roots(square: Array, linear: Array, constant: float) -> Array:

@@ -13,11 +13,10 @@ Source: trust regions, J. J. Moré, D. C. Sorensen, SIAM J. Sci. Stat. Comput. 4
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from balance.masses.counterweights.added_program import AddedProgram
 from balance.masses.counterweights.volume.cut_regions import (
     COARSE,
     FINE,
@@ -41,48 +40,79 @@ RADIUS, SHRINK, GROW = 0.05, 0.4, 2.5
 # Part of the predicted gain that a step needs to be taken, below which the radius shrinks, and
 # above which it grows.
 TAKEN, BAD, GOOD = 1e-2, 0.25, 0.75
+# How many of the ten coordinates `triangles` of a form are of second order: the first.
+SECOND_ORDER = 6
 # Most steps with few and with many rays, and most of Newton's method for the length of one.
 MOST_COARSE, MOST_FINE, MOST_LENGTHS = 20, 25, 50
 
 
-def forms_of(program: AddedProgram, y: Array, cost: Array) -> Array:
+class Conditions(Protocol):
+    """Conditions on what fills regions; see `AddedProgram`."""
+
+    @property
+    def rows(self) -> Array:
+        """Conditions A_b (links, ρ, 10)."""
+
+    @property
+    def target(self) -> Array:
+        """Their right-hand side r (ρ,)."""
+
+    @property
+    def unit(self) -> float:
+        """Kilograms per unit of mass."""
+
+
+def forms_of(program: Conditions, y: Array, cost: Array) -> Array:
     """Compute the forms ``y·A_b - C_b`` (links, 4, 4)."""
     flat = np.einsum("r,lrj->lj", y, program.rows) - cost
     return np.asarray((flat @ TRIANGLES[4].T).reshape(-1, 4, 4))
 
 
 def fill_all(
-    program: AddedProgram, stocks: Sequence[Stock], forms: Array, rays: int = FINE
+    program: Conditions, stocks: Sequence[Stock], forms: Array, rays: int = FINE
 ) -> Array:
     """Compute the moments (links, 4, 4) of the parts where forms are positive."""
     moments = [fill(stock, form, rays) for stock, form in zip(stocks, forms, strict=True)]
     return np.array(moments) / program.unit
 
 
-def conditions_of(program: AddedProgram, moments: Array) -> Array:
+def conditions_of(program: Conditions, moments: Array) -> Array:
     """Compute ``Σ_b A_b ΔP_b`` (ρ,) of moments (links, 4, 4)."""
     return np.asarray(np.einsum("lrj,lj->r", program.rows, triangles(moments)))
 
 
 def maximise_dual(
-    program: AddedProgram, stocks: Sequence[Stock], cost: Array, start: Array
+    program: Conditions,
+    stocks: Sequence[Stock],
+    cost: Array,
+    start: Array,
+    most: float = np.inf,
+    square: Array | None = None,
 ) -> tuple[Array, list[Stock]]:
     """Maximise the dual by Newton's method, with few rays and then with many.
 
     Few rays start anew inside the parts after each step; many stay, so that the dual is one
-    function.
+    function. Planes cut off parts without rays.
 
     Args:
         program: the conditions.
         stocks: region and density of each link.
         cost: the polynomials C_b (links, 10).
         start: multipliers (ρ,) to start at.
+        most: a value that the dual does not exceed if any matter balances.
+        square: factors d (ρ,) of ``-½ Σ d_i y_i²``, which the dual has besides; 0 by default.
 
     Returns:
         The maximiser, and the stocks whose rays start inside the parts that it fills.
     """
-    ascent = _Ascent(program, stocks, cost, start)
+    square = np.zeros_like(start) if square is None else square
+    ascent = _Ascent(program, stocks, cost, start, most, square)
+    if not (program.rows[..., :SECOND_ORDER].any() or cost[..., :SECOND_ORDER].any()):
+        ascent.climb(FINE, MOST_COARSE + MOST_FINE)
+        return ascent.y, ascent.seen
     ascent.climb(COARSE, MOST_COARSE)
+    if ascent.value > most:
+        return ascent.y, ascent.seen
     in_space = any(stock.mirror is None for stock in stocks)
     if not ascent.climb(FINE, MOST_FINE) or not in_space:
         # From inside the parts of the end rays see more, and the same whatever led there.
@@ -108,34 +138,41 @@ class _Ascent:
     """Multipliers on their way to the maximum, and the radius in which H is trusted."""
 
     def __init__(
-        self, program: AddedProgram, stocks: Sequence[Stock], cost: Array, start: Array
+        self,
+        program: Conditions,
+        stocks: Sequence[Stock],
+        cost: Array,
+        start: Array,
+        most: float,
+        square: Array,
     ) -> None:
         """Start at multipliers."""
-        self.program, self.stocks, self.cost = program, stocks, cost
+        self.program, self.stocks, self.cost, self._most = program, stocks, cost, most
         self.y, self.seen, self._radius = start, list(stocks), 0.0
+        self.value, self._square = -np.inf, square
 
     def climb(self, rays: int, most: int) -> bool:
         """Take steps until few rays gain no more, or the parts balance; return whether so."""
         self._look_inside()
         # The last steps of a climb are of round-off, and no measure for those of the next.
         self._radius = RADIUS * (float(np.linalg.norm(self.y)) or 1.0)
-        value, gradient = self._dual(self.y, rays)
+        self.value, gradient = self._dual(self.y, rays)
         H = self._curvature(self.y, rays)
         settled = FILL_SETTLED if rays == COARSE else 0.0
         for _ in range(most):
             residual = float(np.linalg.norm(gradient))
             step = _best_step(H, gradient, self._radius)
-            enough = not step.bounded and step.predicted <= settled * abs(value)
+            enough = not step.bounded and step.predicted <= settled * abs(self.value)
             if residual <= FILL_RESIDUAL or enough:
                 break
             at = self.y + step.change
             new_value, new_gradient = self._dual(at, rays)
             # Values have round-off; near the maximum what is left of the conditions decides.
-            if step.predicted <= FILL_VALUE_SURE * abs(value):
+            if step.predicted <= FILL_VALUE_SURE * abs(self.value):
                 taken = float(np.linalg.norm(new_gradient)) < residual
                 share = 1.0 if taken else 0.0
             else:
-                share = (new_value - value) / step.predicted
+                share = (new_value - self.value) / step.predicted
                 taken = share > TAKEN
             self._adapt(step, share)
             if not taken:
@@ -148,14 +185,16 @@ class _Ascent:
                     break
                 H = 0.5 * (H + self._curvature(at, rays))
                 continue
-            before = value
-            self.y, value, gradient = at, new_value, new_gradient
+            before = self.value
+            self.y, self.value, gradient = at, new_value, new_gradient
             if rays == COARSE:
                 self._look_inside()
-                value, gradient = self._dual(at, rays)
-                if value <= before:
+                self.value, gradient = self._dual(at, rays)
+                if self.value <= before:
                     # Errors of the integrals are as large as what steps gain.
                     break
+            if self.value > self._most:
+                break
             H = self._curvature(at, rays)
         return float(np.linalg.norm(gradient)) <= COUNTERWEIGHT_RESIDUAL
 
@@ -178,14 +217,17 @@ class _Ascent:
         forms = forms_of(self.program, y, self.cost)
         moments = fill_all(self.program, self.seen, forms, rays)
         value = float(y @ self.program.target) - float(np.sum(forms * moments))
-        return value, self.program.target - conditions_of(self.program, moments)
+        value -= 0.5 * float(self._square @ (y * y))
+        gradient = self.program.target - conditions_of(self.program, moments)
+        return value, gradient - self._square * y
 
     def _curvature(self, y: Array, rays: int) -> Array:
         """Compute minus the second derivative of the dual (ρ, ρ)."""
         forms, rows = forms_of(self.program, y, self.cost), self.program.rows
         pairs = zip(self.seen, forms, strict=True)
         S = np.array([second_derivatives(stock, form, rays) for stock, form in pairs])
-        return np.asarray(np.einsum("lri,lij,lsj->rs", rows, S, rows) / self.program.unit)
+        H = np.einsum("lri,lij,lsj->rs", rows, S, rows) / self.program.unit
+        return np.asarray(H + np.diag(self._square))
 
 
 def _best_step(H: Array, gradient: Array, radius: float) -> _Step:

@@ -1,4 +1,4 @@
-"""The least matter of limited density that balances: cutting planes, then Newton's method.
+"""The least matter of limited density that balances: Newton's method, or cutting planes first.
 
 With the moments ``ΔP_b`` of the matter on link b in the convex set of
 `balance.masses.counterweights.volume.cut_regions`, whose support function is h_b,
@@ -9,10 +9,13 @@ has the dual
 
     maximise y·r - Σ_b h_b(y·A_b - C_b).
 
-Mixtures of parts of the regions, of which each master program takes the best, are feasible
-from inside; its multipliers y name the next part, ``{y·A_b > C_b}``, and prove a bound from
-outside. Where both nearly meet, Newton's method takes over (`dual_ascent`), at whose end the
-parts balance. Every y proves a lower bound, whatever led to it.
+From the multipliers of point masses Newton's method (`dual_ascent`) ends where the parts
+balance or, where no matter of the density does, at a dual larger than any objective.
+
+Otherwise mixtures of parts of the regions, of which each master program takes the best, are
+feasible from inside; its multipliers y name the next part, ``{y·A_b > C_b}``, and prove a bound
+from outside. Where both nearly meet, Newton's method takes over, at whose end the parts
+balance. Every y proves a lower bound, whatever led to it.
 
 The least factor t of the density for which matter balances at all is likewise
 
@@ -133,10 +136,9 @@ def density_needed(
         return DensityNeeded(value, 0.0, dual[: program.target.size], columns.parts)
     forms = columns.forms(dual)
     seen = shifted(forms, columns.shifts(forms, value))
-    sums = np.sum(_support_functions(program, stocks, seen), axis=0)
     dual = dual[: program.target.size]
     against = float(dual @ program.target) - columns.gains(forms, seen)
-    bound = against / float(sums.sum()) if against > 0.0 else 0.0
+    bound = _density_bound(program, stocks, seen, against)
     return DensityNeeded(value, bound, dual, columns.parts)
 
 
@@ -218,6 +220,38 @@ def fill_least(
             break
         columns.parts.append(moments)
     return FilledParts(forms, moments, shares, bound, dual[:rank])
+
+
+def fill_from_points(
+    program: AddedProgram, stocks: Sequence[Stock], functional: Array, prove: bool = True
+) -> FilledParts | DensityNeeded:
+    """Compute as `fill_least`, by Newton's method from the multipliers of point masses.
+
+    Args:
+        program: a program without moments of inertia, and without matter that may be moved.
+        stocks: region and density of each link.
+        functional: that of the multipliers of point masses (parameters,).
+        prove: as for `fill_least`.
+
+    Returns:
+        The parts; or, where they do not balance, what bounds the density needed, if anything.
+    """
+    # No matter costs more than all that costs something. A dual above that proves that none
+    # of this density balances: h_b(y·A_b) is at most h_b(y·A_b - C_b) + h_b(C_b).
+    costs = forms_of(program, np.zeros_like(program.target), -program.cost)
+    most = float(np.sum(costs * fill_all(program, stocks, costs, COARSE)))
+    start = np.asarray(np.linalg.lstsq(program.lift, functional, rcond=None)[0], np.float64)
+    y, seen = maximise_dual(program, stocks, program.cost, start, most)
+    forms = forms_of(program, y, program.cost)
+    moments = fill_all(program, seen, forms)
+    residual = program.target - conditions_of(program, moments)
+    if not float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
+        bare = forms_of(program, y, np.zeros_like(program.cost))
+        bound = _density_bound(program, stocks, bare, float(y @ program.target))
+        return DensityNeeded(np.inf, bound, y, [])
+    held = _support_functions(program, seen, forms) if prove else forms * moments
+    bound = float(y @ program.target) - float(np.sum(held))
+    return FilledParts(forms, moments, np.zeros(len(stocks)), bound, y)
 
 
 class _Columns:
@@ -393,6 +427,14 @@ class _Columns:
             rows[k, :, :, k] = -per_part[k].T
         largest = np.tile(triangles(np.eye(3)), links)[:, None]
         return np.hstack([rows.reshape(6 * links, count * links), largest])
+
+
+def _density_bound(
+    program: AddedProgram, stocks: Sequence[Stock], forms: Array, against: float
+) -> float:
+    """Compute a factor of the density below which no matter reaches a value."""
+    sums = _support_functions(program, stocks, forms)
+    return against / float(np.sum(sums)) if against > 0.0 else 0.0
 
 
 def _support_functions(program: AddedProgram, stocks: Sequence[Stock], forms: Array) -> Array:

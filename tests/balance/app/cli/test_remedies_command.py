@@ -13,7 +13,9 @@ import pytest
 
 import balance
 import kinematics
+from balance.app.answers.answer import AnswerTable
 from balance.app.answers.text.remedies import (
+    first_choice,
     remedies_body,
     remedies_facts,
     remedies_sentence,
@@ -235,12 +237,11 @@ def test_what_one_would_build_first_comes_first():
         "counterweights on the links",
     ]
     facts = dict(remedies_facts(found))
-    assert facts["build first"].startswith("turning counterweights: parts of")
     assert "other ways" not in facts
-    assert facts["because"] == (
-        "it balances the linkage, keeps all freedoms, and adds 5 kg, the least (next: rotors "
-        "against joints 9 kg); lighter, but with fewer freedoms, copies of it all or a frame "
-        "that turns: mirrored copies 1 kg"
+    assert remedies_sentence(found) == (
+        "Build turning counterweights: it balances the linkage, keeps all freedoms, and adds "
+        "5 kg, the least (next: rotors against joints 9 kg); lighter, but with fewer freedoms, "
+        "copies of it all or a frame that turns: mirrored copies 1 kg."
     )
 
 
@@ -276,10 +277,10 @@ def test_what_is_too_heavy_is_not_built_first():
     found = comparison_of(("separate_rotors", "feasible", mass), ("partial", "partial", 1.0))
     assert [each.remedy for each in found.by_preference] == ["partial", "separate_rotors"]
     said = dict(remedies_facts(found, "balance reduce m --links a --budget 1"))
-    assert "kg, 20 times the mass" in said["build first"]
-    assert "less shaking for a budget" in said["build first"]
+    sentence = remedies_sentence(found)
+    assert sentence.startswith("Build less shaking for a budget (1 kg added, ")
+    assert "kg, 20 times the mass" in sentence
     assert said["reduce"] == "balance reduce m --links a --budget 1"
-    assert remedies_sentence(found) == f"Build {said['build first']}."
 
 
 def test_springs_are_not_said_to_shake_less():
@@ -288,7 +289,8 @@ def test_springs_are_not_said_to_shake_less():
     found = comparison_of(
         ("separate_rotors", "feasible", mass), ("harmonic_springs", "partial", 0.0)
     )
-    assert "shakes less" not in dict(remedies_facts(found))["build first"]
+    assert remedies_sentence(found).startswith("Balancing all shaking is not worth it: ")
+    assert "spring" not in remedies_sentence(found)
     found = comparison_of(("free_joint", "feasible", 1.0), ("duplicates", "feasible", 2.0))
     assert "the least (next: mirrored copies 2 kg)" in found.why_first
 
@@ -300,14 +302,53 @@ def test_what_does_not_apply_has_a_line_for_each_reason():
         ("slider_path", "refused", None),
     )
     assert [row[0] for row in remedy_rows(found)[1:]] == ["counterweights on the links"]
-    lines = [
-        part
-        for part in remedies_body(found)
-        if isinstance(part, str) and part.startswith("not for this machine")
-    ]
-    assert lines == [
+    few = replace(found, request=replace(found.request, only=("input_relation",)))
+    lines = [part for part in remedies_body(few) if isinstance(part, str)]
+    assert lines[-1] == (
         "not for this machine: a relation of inputs, a path of the slider, because why"
+    )
+
+
+def test_where_all_were_tried_the_answer_comes_before_a_short_rest():
+    """What to build, with which command, the costs; what does not help by its name alone."""
+    found = comparison_of(
+        ("own_masses", "infeasible", None),
+        ("duplicates", "undecided", None),
+        ("slider_path", "refused", None),
+        ("partial", "partial", 1.0),
+    )
+    found = replace(found, following="balance remedies m --only partial --out built")
+    body = remedies_body(found)
+    assert body[0].startswith("Build less shaking for a budget (1 kg added, ")
+    assert body[0].endswith(
+        "; whether one of these remedies balances the linkage is undecided."
+    )
+    assert body[1] == "Next: balance remedies m --only partial --out built"
+    (table,) = [part for part in body if isinstance(part, AnswerTable)]
+    assert [row[0] for row in table.rows[1:]] == ["less shaking for a budget"]
+    assert body[-4:] == [
+        "undecided: mirrored copies",
+        "no masses do: counterweights on the links",
+        "not for this machine: a path of the slider",
+        "why: --only NAME, or --html FILE.html for all of them",
     ]
+    assert len(found.to_dict()["remedies"]) == 4
+
+
+def test_the_next_command_runs_and_writes_what_was_named(tmp_path, monkeypatch):
+    """It keeps what was asked of the model, and leaves out what would be written over."""
+    monkeypatch.chdir(tmp_path)
+    words = [NO, "--only", "partial,force_masses", "--html", "page.html", "--links", "crank"]
+    done = asked(["remedies", *words])
+    _, following = done.out.splitlines()[:2]
+    command = shlex.split(following.removeprefix("Next: "))
+    assert command[:2] == ["balance", "remedies"] and "--html" not in command
+    assert following in Path("page.html").read_text("utf-8").replace("&#x27;", "'")
+    again = asked(command[1:])
+    assert again.code == 1 and again.out.splitlines()[0].startswith("Build less shaking")
+    assert "Next: " not in again.out and Path("built/partial.urdf").exists()
+    (reduce,) = re.findall(r"^reduce +(.*)$", done.out, re.MULTILINE) or ["balance reduce"]
+    assert "--html" not in reduce
 
 
 def test_copies_are_not_headed_build_first_where_others_shake_less():
@@ -325,12 +366,13 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
     force = replace(force, residual=5.5, details={"moment_after": 11.0})
     results = (copies, force, replace(part, residual=0.75), replace(springs, residual=0.25))
     found = replace(found, results=results)
-    said = dict(remedies_facts(found))["build first"]
-    assert said.startswith("none of those that balance: the lightest (mirrored copies) adds ")
-    assert "7 kg with its gears" in said and "3 kg" not in said
-    assert "2 links and 1 joint, at 3.2 times the width; in practice one builds " in said
-    assert "(2 kg added; shaking left: force 0, moment × 5.5)" in said
-    assert "less shaking for a budget (1 kg added; shaking left: × 0.75)" in said
+    said = remedies_sentence(found)
+    assert said.startswith("Build counterweights for the force (2 kg added, ")
+    assert "the linkage; shaking left: force 0, moment × 5.5), or less shaking for a " in said
+    assert "less shaking for a budget (1 kg added, " in said and "left: × 0.75); " in said
+    assert "not worth it: the lightest way (mirrored copies) adds 7 kg with its gears" in said
+    assert said.endswith("2 links and 1 joint, at 3.2 times the width.")
+    assert first_choice(found) == force
     assert "spring" not in said and not found.why_first
     assert [each.remedy for each in found.by_preference] == [
         "force_masses",
@@ -341,7 +383,7 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
     cells = [row[-1] for row in remedy_rows(found)[1:]]
     assert cells == ["force 0, moment × 5.5", "× 0.75", "-", "torque × 0.25"]
     alone = replace(found, results=(copies, results[3]))
-    assert dict(remedies_facts(alone))["build first"].startswith("mirrored copies: ")
+    assert remedies_sentence(alone).startswith("Build mirrored copies: ")
     assert "adds 7 kg with its gears" in alone.why_first
 
 

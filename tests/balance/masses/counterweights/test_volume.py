@@ -236,10 +236,10 @@ def test_what_does_not_fit_names_the_density_and_the_region_that_do(tmp_path):
     found = balance.counterweights(space, ["l1"], {"l1": region}, density=STEEL)
     denser, larger = found.relaxations
     factor = 0.5 / (3.14 * 0.15)
-    assert denser.link is None and abs(denser.factor - factor) <= 1e-3 * factor
+    assert denser.links == () and abs(denser.factor - factor) <= 1e-3 * factor
     assert "times as dense would do" in found.words
     # About its middle the region grows as k³, and then holds as much moment.
-    assert larger.link == "l1" and abs(larger.factor - factor ** (1 / 3)) <= 2e-3
+    assert larger.links == ("l1",) and abs(larger.factor - factor ** (1 / 3)) <= 2e-3
     for part, verdict in ((1.01, "feasible"), (0.99, "infeasible")):
         more = balance.counterweights(
             space, ["l1"], {"l1": region}, density=part * denser.factor * STEEL, relax=False

@@ -412,3 +412,16 @@ def test_requests_that_are_wrong(changes, error, text):
     with pytest.raises(error, match=text) as caught:
         point_partial("slider_crank", asked.pop("add"), asked.pop("budget"), **asked)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.slow
+def test_the_sentence_has_the_loads_that_were_minimised():
+    """Peaks where peaks are least, and the torque first where it is."""
+    options = {"speed": "300rpm", "density": None}
+    peak = balance.partial("slider_crank", ["crank"], 0.5, minimise="peak", **options)
+    assert " N peak (" in peak.sentence and " N m peak" in peak.sentence
+    assert "rms" not in peak.sentence
+    for load in (peak.shaking.peak_force, peak.shaking.peak_moment):
+        assert f"→ {float(f'{load:.3g}'):g} N" in peak.sentence
+    torque = balance.partial("slider_crank", ["crank"], 0.5, minimise="torque", **options)
+    assert torque.sentence.startswith("Largest torque ")

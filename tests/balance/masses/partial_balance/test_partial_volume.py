@@ -59,6 +59,14 @@ def test_the_bound_is_below_bounded_least_squares_and_the_answer_near_it(balance
         assert 0.0 < weight.share <= 1.0 + 1e-9 and weight.density == STEEL
 
 
+def test_the_least_force_of_a_budget_meets_its_bound_to_round_off():
+    """Parts that planes cut off have exact integrals, of both the shaking and the bound."""
+    space, motions = question("force")
+    least = balance.partial(space, ["crank", "rocker"], 0.5, motions=motions, density=STEEL)
+    assert least.mass == pytest.approx(0.5, rel=1e-12)
+    assert abs(least.shaking.objective - least.bound) <= 1e-12 * least.given.objective
+
+
 @pytest.mark.slow
 def test_no_random_filling_shakes_less_than_the_bound():
     space, motions = question("force")

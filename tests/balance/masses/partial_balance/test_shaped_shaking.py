@@ -11,6 +11,7 @@ import balance
 from balance.app.cli.main import main
 from balance.masses import ElasticFrame
 from kinematics.errors import UsageError
+from tests.support.command_runs import asked
 
 STEEL = 7850.0
 NEEDED = 0.05  # kg m, what each arm needs on its other side
@@ -234,7 +235,9 @@ def test_the_page_has_the_size_that_is_printed(one_arm, tmp_path, capsys):
     words += ["--region", f"a={BALL}"]
     assert main([*words, "--balance=force", "--shape=disc=20mm", "--html", str(page)]) == 0
     printed = re.search(r"^a fills (.* disc .*)$", capsys.readouterr().out, re.MULTILINE)
-    assert f">{printed[1]}</td>" in page.read_text("utf-8")
+    radius, thickness = (1e3 * float(size) for size in re.findall(r"([\d.]+) m\b", printed[1]))
+    size = f"disc of radius {radius:g} mm, {thickness:g} mm thick"
+    assert f">all of a {size}</td>" in page.read_text("utf-8")
     radius = float(re.search(r"radius (\S+) m", printed[1])[1])
     assert STEEL * np.pi * radius**2 * 0.02 == pytest.approx(0.3, rel=1e-3)
 
@@ -267,6 +270,7 @@ def test_the_command_prints_and_refuses_as_counterweights_does(one_arm, capsys):
         (["--balance", "force", "--max-torque", "turn_a=5"], "leave out --max-torque"),
         (["--balance", "force", "--thickness", "5mm"], "leave out --thickness"),
         (["--balance", "force", "--points"], "leave out --points"),
+        (["--balance", "force", "--density", "none"], "leave out --density none"),
         (["--balance", "force", "--move", "a"], "leave out --move"),
     ):
         assert main([*shaped, *more]) == 2
@@ -280,3 +284,24 @@ def test_a_budget_below_what_the_solver_tells_is_not_limited_by_room(one_arm, ca
     for shape in ([], ["--shape", "disc=0.01"]):
         assert main([*words, *shape]) == 0
         assert "more kilograms do no better" not in capsys.readouterr().out
+
+
+def test_a_sector_that_no_workshop_cuts_names_shapes_that_it_does():
+    """A sector of the mass ρ t φ R²/2 that is said to be of 60° has that mass."""
+    words = [
+        "reduce",
+        "slider_crank",
+        "--links",
+        "crank",
+        "--budget",
+        "0.5",
+        "--speed",
+        "300rpm",
+    ]
+    words += ["--balance", "force", "--shape"]
+    said = asked([*words, "sector=20mm"]).out
+    (radius,) = re.findall(r"--shape sector=20mm,(\d+)mm, of 60°", said)
+    assert "is too narrow to cut: take --shape disc=20mm" in said
+    mass = 7850 * 0.02 * np.pi / 6.0 * (1e-3 * float(radius)) ** 2
+    assert abs(mass - 0.5) <= 0.02
+    assert "too narrow" not in asked([*words, f"sector=20mm,{radius}mm"]).out

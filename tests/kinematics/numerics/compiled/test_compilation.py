@@ -149,6 +149,23 @@ def test_eight_commands_at_once_compile_once_and_do_not_wait(small):
 
 
 @pytest.mark.compile
+def test_processes_of_a_command_compile_nothing_themselves(small):
+    """The command has kernels compiled for them, once."""
+    folder, environment = small
+    code = f"""
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from kinematics.numerics.compiled.background import begin_command
+begin_command()
+with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+    list(pool.map(exec, 2 * [{COMMAND.replace("begin_command()", "")!r}]))
+"""
+    out, told = run(folder, code, **environment)
+    assert out == 2 * ["20.0", "20.0", "False"] and not told
+    assert not compilers(environment)
+
+
+@pytest.mark.compile
 def test_a_compiler_that_is_killed_does_no_harm(small):
     folder, environment = small
     with FileLock(environment["WAIT_FOR"]):

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from balance.motion.verification import inertia_wrench_kernels
+from balance.motion.verification import inertia_wrench_kernels, motion_kernels
 from balance.motion.verification.shaking_wrench import inertia_loads, inertia_wrenches
 from balance.motion.verification.shaking_wrench import mass_parameters as masses_of
 from balance.space.momentum import regressor_kernels
 from kinematics.closure import series
 from kinematics.closure.joint_positions import input_chain
 from kinematics.loading.model_gallery import load
+from kinematics.model.spatial import displacements
 from kinematics.numerics.compiled.background import compile_mode
 from kinematics.numerics.linalg import null_space, pivoted_qr
 from kinematics.numerics.linalg.pivoted_qr import Factor, factor_workspace
@@ -24,6 +25,7 @@ MODULES = {
     pivoted_qr: ("append_rows", "contains_rows", "put_factor", "take_factor", "update_factor"),
     regressor_kernels: ("spatial_regressor",),
     series: ("add_known_twists", "fill_right_side", "sum_columns"),
+    displacements: ("place_links",),
 }
 # Functions of numbers and loops, as they are compiled, and those of whole arrays.
 LOOPS = {name: getattr(m, name).py_func for m, names in MODULES.items() for name in names}
@@ -174,6 +176,41 @@ def test_rows_of_the_regressor(force, moved):
             )
         results.append(X)
     assert np.allclose(*results, atol=1e-12) and np.abs(results[0]).max() > 1.0
+
+
+@pytest.mark.parametrize("dim", [3, 6])
+def test_places_of_links(dim):
+    """Of hinges and slides that are not unit screws in the last bits, on the ground or not."""
+    rng = np.random.default_rng(13)
+    parent, screws = np.array([-1, 0, 1, -1, 3, 0]), rng.standard_normal((6, dim))
+    turns = screws[:, : 1 if dim == 3 else 3]
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    turns[[2, 3]] = 0.0
+    size, results = 3 if dim == 3 else 4, []
+    for functions in (LOOPS, WHOLE):
+        H, s, E = np.empty((6, size, size)), np.empty((6, dim)), np.empty((size, size))
+        functions["place_links"](parent, screws, np.linspace(-2.0, 3.0, 6), H, s, E)
+        results.append((H, s))
+    for loops, whole in zip(*results, strict=True):
+        assert np.allclose(loops, whole, atol=1e-13)
+
+
+@pytest.mark.lanes
+@pytest.mark.parametrize("model", ["five_bar", "delta"])
+def test_regressors_of_momentum_and_its_rate(model):
+    chain, rng, results = input_chain(load(model)), np.random.default_rng(15), []
+    speeds = rng.standard_normal((2, 1, chain.width))
+    sample = (np.zeros(chain.parent.size), *speeds)
+    kernel = motion_kernels._regressors_at
+    for function in (kernel.py_func, motion_kernels._regressors_at_by_arrays):
+        workspace, carried = (
+            motion_kernels.load_workspace(chain),
+            np.empty((len(chain.parent), 6)),
+        )
+        function(chain.walked, chain.links, sample, workspace, carried)
+        results.append((workspace[2][2], carried))
+    for loops, whole in zip(*results, strict=True):
+        assert np.allclose(loops, whole, atol=1e-12) and np.abs(loops).max() > 0.1
 
 
 @pytest.mark.lanes

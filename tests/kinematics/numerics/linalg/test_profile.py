@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.linalg import qr
 
-from kinematics.closure.series import expand, loop_matrix
+from kinematics.closure.series import expand, loop_matrix, series_workspace
 from kinematics.model.arrays import Chain, Frame, freeze
+from kinematics.numerics.linalg import skyline_qr
 from kinematics.numerics.linalg.skyline_qr import (
     COUNT,
     HEIGHT,
@@ -69,6 +70,28 @@ def test_rates_close_the_loops(loops, mimics):
     expected[chain.dependent] = -np.linalg.solve(A[:, chain.dependent], A @ chain.columns)
     assert np.linalg.cond(A[:, chain.dependent]) < 1e4
     assert np.abs(rates - expected).max() < 1e-12 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize(("loops", "mimics"), [(1, 0), (3, 1), (9, 3), (40, 7)])
+def test_whole_arrays_and_loops_factor_alike(loops, mimics):
+    """The functions for compiled and for uncompiled runs; also where a column is zero."""
+    chain = row(loops, seed=loops, mimics=mimics)
+    lines = chain.walked[6]
+    filled, results = series_workspace(chain, 1, 1)[0], []
+    skyline_qr.fill_envelope.py_func(chain.screws, chain.mimics, lines, filled)
+    filled[-1] = 0.0
+    for kind in ("py_func", "by_arrays"):
+        factor, solve = (
+            getattr(getattr(skyline_qr, name), kind, None)
+            or getattr(skyline_qr, f"_{name}_{kind}")
+            for name in ("factor_envelope", "solve_least_norm")
+        )
+        F, diagonal = filled.copy(), np.full(len(filled), np.nan)
+        b = np.linspace(1.0, 2.0, lines[COUNT, ROWS])
+        factor(F, lines, diagonal)
+        results.append((F, diagonal, solve(F, lines, diagonal, b), b))
+    for by_loops, by_arrays in zip(*results, strict=True):
+        assert np.allclose(by_loops, by_arrays, rtol=1e-8, atol=1e-11)
 
 
 def test_the_profile_is_as_wide_for_many_loops_as_for_few():

@@ -1,0 +1,91 @@
+"""The least root mean square of loads over matter of limited density: Newton's method.
+
+With R = [A a] over matter s of limited density, whose support functions are h_b, and its masses
+``m·s``, half the square of ``|A s + a|`` within a budget B has the dual
+
+    maximise u·a - λ B - ½ |u|² - Σ_b h_b(-(Aᵀ u + λ m)_b)
+
+over u and λ ≥ 0. Where the budget counts, it is smooth and strictly concave in u, and at its
+maximum, where ``u = A s + a`` and ``m·s = B``, matter is where the forms are positive.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from balance.masses.counterweights.volume.dual_ascent import (
+    conditions_of,
+    fill_all,
+    forms_of,
+    maximise_dual,
+)
+from balance.masses.partial_balance.motion_loads import COORDINATES
+from balance.masses.partial_balance.shaking_program import ShakingProgram
+from balance.support.clarabel_adapter import triangles
+from balance.support.tolerances import COUNTERWEIGHT_RESIDUAL
+from kinematics.numerics.array_types import Array
+
+
+class FilledBudget(NamedTuple):
+    """Matter that uses a budget up, with the least load.
+
+    Attributes:
+        s: coordinates of the added matter (count,).
+        price: λ over ``|u|``: load that a kilogram more would save.
+        forms: matrices (links, 4, 4), positive where matter is.
+    """
+
+    s: Array
+    price: float
+    forms: Array
+
+
+class _Conditions(NamedTuple):
+    """Conditions on what fills the regions, as `maximise_dual` has them.
+
+    Attributes:
+        rows: ``-[A; m]`` by links (links, conditions, 10), per unit of mass.
+        target: ``[a; -B]``, B in units of mass.
+        unit: kilograms per unit of mass.
+    """
+
+    rows: Array
+    target: Array
+    unit: float
+
+
+def fill_budget(
+    program: ShakingProgram, budget: float, load: Array, price: float
+) -> FilledBudget | None:
+    """Minimise ``|R [s; 1]|`` over matter of limited density that uses a budget up.
+
+    Args:
+        program: without caps, for the root of the mean, and with no matter that may be moved.
+        budget: kilograms, a unit of mass.
+        load: about ``R [s; 1]`` at the minimum (rows,).
+        price: about the load that a kilogram more would save there.
+
+    Returns:
+        The minimiser; None if Newton's method does not end at one.
+    """
+    # Loads in units of that of the file, mass in units of the budget.
+    scale, links = program.scale, len(program.stocks)
+    columns, given = program.factor[:, :-1] / scale, program.factor[:, -1] / scale
+    flat = -budget * np.vstack([columns, program.matter.masses / budget])
+    rows = flat.reshape(len(flat), links, COORDINATES).swapaxes(0, 1)
+    target = np.append(given, -1.0)
+    conditions = _Conditions(np.ascontiguousarray(rows), target, budget)
+    none, square = np.zeros((links, COORDINATES)), np.append(np.ones(len(columns)), 0.0)
+    size = float(np.linalg.norm(load)) / scale
+    start = np.append(load / scale, price * size * budget / scale)
+    y, seen = maximise_dual(conditions, program.stocks, none, start, square=square)
+    forms = forms_of(conditions, y, none)
+    moments = fill_all(conditions, seen, forms)
+    residual = target - square * y - conditions_of(conditions, moments)
+    if y[-1] <= 0.0 or not float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
+        return None
+    s = budget * triangles(moments).reshape(-1)
+    value = program.value(s)
+    return FilledBudget(s, float(y[-1]) * scale * scale / (value * budget), forms)

@@ -58,8 +58,7 @@ class Command(NamedTuple):
 COMMANDS = {
     "new": Command(
         "the file of a planar linkage from the points and links of a sketch",
-        'balance new robot.urdf --points "A=0,0; B=0,1; C=2,2; D=2,0" '
-        '--links "l=A,B; c=B,C; r=C,D"',
+        'balance new robot.urdf --points "A=0,0; B=0,0.3" --links "crank=A,B; base=A"',
     ),
     "report": Command(
         "which masses leave the base at rest: rank and dimension, by order",

@@ -13,7 +13,7 @@ import balance
 import kinematics
 from balance import design, design_space
 from balance.app.cli.main import main
-from balance.app.cli.motion_source import _speed
+from balance.app.cli.motion_source import read_speed
 from balance.motion.verification.crank_revolution import STEPS, revolve_crank
 from balance.motion.verification.verify_motions import verify, verify_second
 from kinematics.errors import CoordinateError, MotionError, PoseError, UsageError
@@ -253,9 +253,9 @@ def test_other_inputs_stand_still_or_follow(tmp_path):
     ],
 )
 def test_units_of_speed(word):
-    assert _speed(word) == (None, pytest.approx(10.0 * math.pi, rel=1e-15))
-    assert _speed(f"u 1={word}") == ("u 1", pytest.approx(10.0 * math.pi, rel=1e-15))
-    assert _speed("-60rpm") == (None, pytest.approx(-2.0 * math.pi))
+    assert read_speed(word) == (None, pytest.approx(10.0 * math.pi, rel=1e-15))
+    assert read_speed(f"u 1={word}") == ("u 1", pytest.approx(10.0 * math.pi, rel=1e-15))
+    assert read_speed("-60rpm") == (None, pytest.approx(-2.0 * math.pi))
 
 
 @pytest.mark.parametrize(

@@ -178,6 +178,7 @@ def test_rows_of_the_regressor(force, moved):
     assert np.allclose(*results, atol=1e-12) and np.abs(results[0]).max() > 1.0
 
 
+@pytest.mark.lanes
 @pytest.mark.parametrize("dim", [3, 6])
 def test_places_of_links(dim):
     """Of hinges and slides that are not unit screws in the last bits, on the ground or not."""

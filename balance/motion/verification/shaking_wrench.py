@@ -192,10 +192,18 @@ def shaking_along(
     Returns:
         The wrench about the inertial origin (N, 6), N m and N, as of `shaking`.
     """
+    return np.asarray(body_wrenches_along(linkage, trajectory, z).sum(axis=1))
+
+
+def body_wrenches_along(
+    linkage: Linkage, trajectory: Trajectory, z: ArrayLike | None = None
+) -> Array:
+    """Compute what each body adds to the shaking wrench (N, bodies, 6); see `shaking_along`."""
     chain = input_chain(linkage)
     motion = (x / chain.units for x in (trajectory.q, trajectory.qd, trajectory.qdd))
-    wrenches = inertia_wrenches(chain, mass_parameters(linkage, z), *motion)
-    return wrench_to_si(wrenches.sum(axis=1), chain.frame)
+    return wrench_to_si(
+        inertia_wrenches(chain, mass_parameters(linkage, z), *motion), chain.frame
+    )
 
 
 def load_regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Loads:

@@ -89,7 +89,11 @@ def read_quantities(table: Options, source: str) -> dict[str, Options]:
             if name not in NAMES:
                 problem = "no such entry"
             problem += did_you_mean(name, names)
-            raise _fault(source, name, problem, f"the quantities are {', '.join(names)}")
+            remedy = f"the quantities are {', '.join(names)}"
+            for after in names:
+                if after.startswith(f"{name} after "):
+                    remedy = f'add "{name}" to quantities, or write [compute."{after}"]'
+            raise _fault(source, name, problem, remedy)
     for name in names:
         verb = added_before(name)
         if verb and verb not in names:

@@ -22,7 +22,7 @@ from balance.masses.designs.mass_regions import BALL_RADIUS
 from balance.masses.partial_balance.motion_loads import input_inertia
 from balance.masses.partial_balance.partial_balance import PartialBalance
 from balance.motion.verification.input_paths import SteadyPath
-from balance.motion.verification.shaking_wrench import shaking_along
+from balance.motion.verification.shaking_wrench import body_wrenches_along
 from balance.motion.verification.trajectory import Trajectory, drive
 from balance.space.certification.certify_space import certify
 from balance.space.requirements.require import require
@@ -45,6 +45,7 @@ from kinematics.loading.model_gallery import load
 from kinematics.model.document.element import Document
 from kinematics.model.linkage import Linkage
 from kinematics.numerics.array_types import Array, Flags, IntArray
+from kinematics.numerics.tolerances import SIZE_DETERMINED
 
 Options = Mapping[str, Any]
 
@@ -328,9 +329,14 @@ def _shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float
 
 
 def _sizes_along(linkage: Linkage, way: Trajectory, z: Array | None) -> Array:
-    """Compute the sizes of shaking force and moment along a motion (2, N)."""
-    moment, force = np.split(shaking_along(linkage, way, z), 2, axis=1)
-    return np.array([np.linalg.norm(part, axis=1) for part in (force, moment)])
+    """Compute the sizes of shaking force and moment along a motion (2, N).
+
+    What round-off decides beside the loads of the bodies is 0.
+    """
+    loads = np.stack(np.split(body_wrenches_along(linkage, way, z), 2, axis=2)[::-1])
+    sizes = np.linalg.norm(loads.sum(axis=2), axis=2)
+    of_bodies = np.linalg.norm(loads, axis=3).sum(axis=2).max(axis=1, keepdims=True)
+    return np.where(sizes > SIZE_DETERMINED * of_bodies, sizes, 0.0)
 
 
 def _sample_closer(linkage: Linkage, way: Trajectory, k: int) -> Trajectory:

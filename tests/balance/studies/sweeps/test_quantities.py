@@ -127,7 +127,8 @@ def test_quantities_of_one_motion_follow_it_once(monkeypatch):
     together = balance.sweep("four_bar_general", values, balance="force", quantities=quantities)
     assert followed == [6, 6, 6]  # the options of each quantity are checked against the model
     assert np.array_equal(together["peak_moment"], apart["peak_moment"])
-    assert together["peak_force_after"].max() < 1e-9 * together["peak_force"].min()
+    # What round-off leaves of a force that is balanced is 0.
+    assert together["peak_force_after"][0] == together["rms_force_after"][0] == 0.0
 
 
 def test_verdicts_only_where_the_rank_drops():
@@ -258,7 +259,7 @@ def test_shaking_after_counterweights_is_that_of_the_written_file(tmp_path):
         about = (0.0, 0.0, 0.0)
         seen = balance.verify(path, speed=10.0 * np.pi, about=about)
         assert table["peak_moment_after"][row] == pytest.approx(seen.moment, rel=1e-4)
-        assert table["peak_force_after"][row] < 1e-9 * table["peak_force"][row]
+        assert table["peak_force_after"][row] == 0.0 < table["peak_force"][row]
         felt = input_inertia(balance.load(path))["u1"]
         assert table["inertia_u1_after"][row] == pytest.approx(felt, rel=1e-8)
     none = balance.sweep(

@@ -72,6 +72,16 @@ def test_wrong_options_are_told_in_one_line(quantity, options, message):
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
+def test_options_before_matter_is_added_name_those_after_it():
+    table = {
+        "quantities": ["reduce", "shaking after reduce"],
+        "reduce": {"links": LINKS, "budget": 1.0},
+        "shaking": {"speed": 5.0},
+    }
+    with pytest.raises(FileError, match=r'write \[compute\."shaking after reduce"\]$'):
+        read_quantities(table, "study")
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -32,7 +32,7 @@ class Sketch(NamedTuple):
         base: points of the base.
         links: points of each link that moves, sliders last.
         sliders: direction of each slider, of length 1.
-        base_by_rule: whether the base has the points of one link alone, for want of others.
+        base_by_rule: whether the base has the points that one link alone has.
     """
 
     places: Places

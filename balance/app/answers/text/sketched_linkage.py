@@ -22,7 +22,7 @@ def sketch_body(sketch: SketchedLinkage, path: str) -> AnswerBody:
         path: of its file.
     """
     base = ", ".join(sketch.base) or MISSING
-    rule = " (the points of one link alone, for want of base=… in --links)"
+    rule = " (the points that one link alone has; base=… in --links sets others)"
     file = shlex.quote(path)
     links: list[tuple[str, ...]] = [LINK_HEAD]
     for link in sketch.links:

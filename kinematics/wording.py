@@ -95,6 +95,7 @@ def unit_text(
     form: str = ".4g",
     scale: float = 0.0,
     floor: float = SIZE_DETERMINED,
+    beside: float = 0.0,
 ) -> str:
     """Write a size with its unit, in thousands if it is large: ``971 N``, ``97.7 kN``.
 
@@ -102,9 +103,10 @@ def unit_text(
         unit: of the size, which a prefix may stand before.
         scale: what the size is to be compared with, see `size_text`; 0 for nothing.
         floor: see `size_text`.
+        beside: a size with which it is read, and whose prefix it has if that is larger.
     """
-    factor, prefix = prefix_of(size)
-    if prefix:
+    factor, prefix = prefix_of(max(abs(size), abs(beside)))
+    if prefix and abs(size) > floor * scale:
         return f"{number_text(size / factor, form)} {prefix}{unit}"
     text = size_text(size, form, scale, floor) if scale else number_text(size, form)
     return f"{text} {unit}"

@@ -120,16 +120,13 @@ def random_motions_remark(arguments: argparse.Namespace, linkage: Linkage) -> st
     if not cranks or any(value is not None and value != [] for value in given):
         return ""
     names = ", ".join(linkage.inputs)
-    text = f"the loads are those of random motions of {names}, within about 0.8 rad and 1 s: "
+    text = f"the loads are those of random motions of {names}, of at most 0.8 rad in 1 s: "
     if len(linkage.inputs) == 1:
         return text + (
             "if it turns as a crank, --speed 300rpm gives the loads of a turn at that speed"
         )
     columns = ",".join(("time", *linkage.inputs))
-    return text + (
-        f"--csv FILE with the columns {columns} gives those of another motion, "
-        f"--speed {cranks[0]}=300rpm those of a turn of one input"
-    )
+    return f"{text}--csv FILE with the columns {columns} gives those of another motion"
 
 
 def notices_of(linkage: Linkage, motions: list[Trajectory] | None) -> list[Notice]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from balance.app.answers.answer import Answer, Files
 from balance.app.cli.arguments import Parser
 from balance.app.cli.density_options import add_density_option
-from balance.app.cli.exit_codes import verdict_code
+from balance.app.cli.exit_codes import DONE, verdict_code
 from balance.app.cli.implausible_request import note_implausible_masses
 from balance.app.cli.matter_options import add_matter_options, check_matter_options
 from balance.app.cli.model_options import add_model_options, load_model
@@ -54,7 +54,7 @@ def add_remedies(parser: Parser) -> None:
     parser.description = (
         "Applies the remedies of the literature to a linkage: counter-rotations, "
         "transmissions, duplicates, added dyads, driven wheels, constraints. Exits with 0 if "
-        "one balances it, 1 if none does, 4 if that is undecided."
+        "one balances it, or all of --only shake less; 1 if none does, 4 if undecided."
     )
     parser.epilog = f"remedies: {', '.join(CATALOGUE)}"
     parser.elsewhere |= ELSEWHERE
@@ -126,7 +126,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     undrawn = [] if helps else ["out", "plot"]
     unwritten = ", ".join(filter(None, (getattr(arguments, name) for name in undrawn)))
     return Answer(
-        verdict_code(comparison.verdict),
+        DONE if comparison.verdict == "partial" else verdict_code(comparison.verdict),
         comparison.to_dict,
         lambda: remedies_body(comparison, reduce),
         (

@@ -34,6 +34,8 @@ MOST_BUILT = 10.0
 COPIES, TURNING = ("duplicates",), ("free_joint",)
 # Remedies that take no shaking, but the torque of an input.
 TORQUE_ALONE = ("harmonic_springs",)
+# Remedies that add matter to links, which are point masses without a density.
+ON_LINKS = ("force_masses", "partial")
 
 Apply = Callable[[RemedyRequest], Iterator[AppliedRemedy]]
 
@@ -184,9 +186,14 @@ class RemedyComparison(WithPage, WithPicture):
 
     @property
     def verdict(self) -> str:
-        """``"feasible"`` if a remedy balances the linkage; ``"undecided"`` if one may."""
+        """``"feasible"`` if a remedy balances the linkage; ``"undecided"`` if one may.
+
+        ``"partial"``: no remedy was tried but some that leave less to shake, and all do.
+        """
         if self.balanced:
             return "feasible"
+        if all(applied.verdict == "partial" for applied in self.results):
+            return "partial"
         open_ones = any(applied.verdict == "undecided" for applied in self.results)
         return "undecided" if open_ones else "infeasible"
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
-from balance.app.answers.text.design import FORCE_ONLY, REDUCE, other_ways
+from balance.app.answers.text.design import REDUCE, other_ways
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.counterweights.counterweight import DENSITIES, Counterweight
 from balance.masses.counterweights.counterweights_result import Counterweights
@@ -100,7 +100,7 @@ def _moment_text(counterweights: Counterweights) -> str:
     """Say what becomes of the moment if the forces alone are balanced."""
     along = counterweights.along
     if along is None:
-        return FORCE_ONLY
+        return "not balanced: --html FILE, or a motion (--speed 300rpm), says how it changes"
     change = peak_change(along.pair, "moment")
     if not grows(along.before.moment, along.after.moment, round_off_of(along.pair, "moment")):
         return change
@@ -199,8 +199,8 @@ def sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
         turn = number_text(np.degrees(angle), ".2g")
         text = (
             f"a sector of {turn}° on '{weight.link}' is too narrow to cut: take --shape "
-            f"disc={thickness}, which may lie further out, or --shape "
-            f"sector={thickness},{wide}mm, of {np.degrees(CUT_ANGLE):.0f}° nearer to the joint"
+            f"disc={thickness}, which may lie further out, or, nearer to the joint with "
+            f"{np.degrees(CUT_ANGLE):.0f}°, --shape sector={thickness},{wide}mm"
         )
         pairs.append(("sliver", text))
     return pairs

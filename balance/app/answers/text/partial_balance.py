@@ -50,6 +50,8 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
         room = _filled_facts(best) if several else _room_facts(best)
         if best.shape is not None:
             room = _shaped_room_facts(best, best.shape, [] if several else room)
+        if not several and best.mass >= USED * best.budget > 0.0 and best.share > HARDLY_SHAKES:
+            room += [("budget", "used up: --pareto 5 shows what other masses leave")]
         pairs += [*density_facts(best.weights), *room, *_drives(best)]
     return pairs
 
@@ -79,7 +81,8 @@ def _shaking_facts(
             least = best.round_off_of(name)
             scale = max(sizes[0], least / SHAKING_GAP_PROVED)
             before, after = (
-                unit_text(size, unit, FORM, scale, SHAKING_GAP_PROVED) for size in sizes
+                unit_text(size, unit, FORM, scale, SHAKING_GAP_PROVED, max(sizes))
+                for size in sizes
             )
             growth = _growth_text(front, name) if grows(*sizes, least) else ""
             text = f"{before} before, {after} after ({figure}){growth}"
@@ -198,7 +201,7 @@ def _remaining_load_text(after: float, before: float) -> str:
 def _drives(best: PartialBalance) -> list[tuple[str, str]]:
     """List what the motors feel, before and after."""
     assert best.shaking is not None
-    inertia, torque = best.given.inertia, best.given.torque
+    inertia, torque, after = best.given.inertia, best.given.torque, best.shaking.torque
     slides = best.space.linkage.sliding
     pairs = []
     for name in inertia:
@@ -210,8 +213,8 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
                 f"input {name}",
                 f"inertia {number_text(inertia[name])} {mass} before, "
                 f"{number_text(best.shaking.inertia[name])} {mass} after; peak "
-                f"{what} {unit_text(torque[name], load)} before, "
-                f"{unit_text(best.shaking.torque[name], load)} after",
+                f"{what} {unit_text(torque[name], load, beside=after[name])} before, "
+                f"{unit_text(after[name], load, beside=torque[name])} after",
             )
         )
     return pairs

@@ -9,7 +9,7 @@ from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Fact
 from balance.app.answers.text.design import REDUCE
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.remedies.applied import AppliedRemedy
-from balance.masses.remedies.compare import COPIES, TORQUE_ALONE, RemedyComparison
+from balance.masses.remedies.compare import COPIES, ON_LINKS, TORQUE_ALONE, RemedyComparison
 from kinematics.numerics.tolerances import POSE_DETERMINED
 from kinematics.wording import count_noun, number_text, size_text
 
@@ -128,6 +128,8 @@ def remedies_sentence(comparison: RemedyComparison) -> str:
     else:
         none = "none of these remedies balances the linkage"
     practice = _in_practice(comparison)
+    if practice and comparison.verdict == "partial":
+        return f"{practice.removesuffix('; ')}."
     return f"{practice or none[0].upper()}{none if practice else none[1:]}."
 
 
@@ -144,7 +146,9 @@ def _in_practice(comparison: RemedyComparison) -> str:
     given, ways = comparison.request.given_mass, []
     for way in _less_shaking(comparison):
         ratio = number_text(way.added_mass_with_gears / given, ".2g")
-        cost = f"{way.added_text} added, {ratio} times the mass of the linkage"
+        points = way.remedy in ON_LINKS and comparison.request.density is None
+        added = f"{way.added_text}{' of point masses' * points} added"
+        cost = f"{added}, {ratio} times the mass of the linkage"
         ways.append(f"{way.short} ({cost}; shaking left: {_shaking_text(way)})")
     return f"Build {', or '.join(ways)}; " if ways else ""
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+
+import numpy as np
 
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.sweep import (
@@ -20,7 +23,8 @@ from balance.app.answers.text.sweep import (
 )
 from balance.studies.runs.chunk_runs import RunSummary
 from balance.studies.runs.results_file import ResultsFile
-from kinematics.wording import count_noun
+from balance.support.change_text import UNCHANGED
+from kinematics.wording import count_noun, number_text
 
 # Rows of the table: all of a file that has no more than these, or so many of the first.
 MOST_ROWS, FIRST_ROWS = 25, 10
@@ -48,6 +52,7 @@ def run_data(file: ResultsFile, summary: RunSummary, best: Data | None) -> Data:
         "rate": summary.rate,
         "lost_workers": summary.lost_workers,
         **contents_data(file, order, largest, count),
+        "growths": _find_growths(file),
         "best": best,
     }
 
@@ -64,7 +69,8 @@ def run_body(run: Data, lines: Sequence[str]) -> AnswerBody:
     equal = [_equal_text(column) for column in run["columns"] if _is_equal(column)]
     if equal and run["results"] > 1:
         facts.append(("in all rows", ", ".join(equal)))
-    facts += [*idle_columns(run["columns"]), *_best_facts(run)]
+    facts += [*idle_columns(run["columns"]), *_growth_facts(run), *_mass_facts(run)]
+    facts += _best_facts(run)
     body: list[AnswerPart] = [Facts(facts)]
     if not run["answered"]:
         body[:0] = [_no_answer_text(run), ""]
@@ -77,6 +83,47 @@ def run_body(run: Data, lines: Sequence[str]) -> AnswerBody:
     if lines:
         body.append("")
     return [*body, *(f"{head}{line}" for head, line in zip(heads, lines, strict=False))]
+
+
+def _find_growths(file: ResultsFile) -> list[Data]:
+    """List the rms loads that are larger after matter is added, and in how many rows."""
+    growths, names = [], {column.name for column in file.columns}
+    for before in ("rms_force", "rms_moment"):
+        for after in (f"{before}_after", f"{before}_reduced"):
+            if not names >= {before, after}:
+                continue
+            table = file.read([before, after])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratios = table[after] / table[before]
+            ratios = ratios[np.isfinite(ratios)]
+            larger = ratios[ratios > 1.0 + UNCHANGED / 100.0]
+            if larger.size:
+                limits = float(larger.min()), float(larger.max())
+                growth = {"before": before, "after": after, "rows": int(larger.size)}
+                growths.append({**growth, "least": limits[0], "most": limits[1]})
+    return growths
+
+
+def _growth_facts(run: Data) -> list[tuple[str, str]]:
+    """Say which loads grow by the matter that is added."""
+    pairs = []
+    for growth in run["growths"]:
+        least, most = (number_text(growth[key], ".3g") for key in ("least", "most"))
+        times = least if least == most else f"{least} to {most}"
+        rows = f"in {growth['rows']:,} of {run['results']:,} rows"
+        pairs.append(("grows", f"{growth['after']}: {times} times {growth['before']} {rows}"))
+    return pairs
+
+
+def _mass_facts(run: Data) -> list[tuple[str, str]]:
+    """Say that masses stay where lengths alone vary, and how they follow them."""
+    names = [column["name"] for column in run["columns"]]
+    links = [name.removesuffix(".length") for name in names if name.endswith(".length")]
+    follow = any(re.search(r"\.(mass|mass_per_length|com\.\w|inertia\.\w+)$", x) for x in names)
+    if not links or follow:
+        return []
+    text = f"those of the file at every length; --vary {links[0]}.mass_per_length=2.5 (kg/m) "
+    return [("masses", f"{text}makes a bar of {links[0]} whose mass follows its length")]
 
 
 def _progress_facts(run: Data) -> list[tuple[str, str]]:

@@ -91,7 +91,7 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         last = found["designs"][-1]["verdict"] if "designs" in found else found["verdict"]
         return {"optimal": 0, "infeasible": 1, "undecided": 4}[last]
     if verb in ("design", "counterweights", "remedies", "springs", "synthesize"):
-        return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
+        return {"feasible": 0, "partial": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
     if verb == "identify":
         return 1 if found.get("verdict") == "partly identified" else 0
     if verb == "verify":

@@ -39,7 +39,7 @@ FRAMES = (
     "along their axes."
 )
 # Angle of a sector below which no workshop cuts it, and that of one which it does, radians.
-SLIVER, CUT_ANGLE = np.radians(15.0), np.radians(60.0)
+SLIVER, CUT_ANGLE = np.radians(10.0), np.radians(60.0)
 # What a link gets to which no matter needs to be added.
 NONE_NEEDED = "none needed"
 

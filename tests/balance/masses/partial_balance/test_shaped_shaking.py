@@ -300,7 +300,7 @@ def test_a_sector_that_no_workshop_cuts_names_shapes_that_it_does():
     ]
     words += ["--balance", "force", "--shape"]
     said = asked([*words, "sector=20mm"]).out
-    (radius,) = re.findall(r"--shape sector=20mm,(\d+)mm, of 60°", said)
+    (radius,) = re.findall(r"with 60°, --shape sector=20mm,(\d+)mm", said)
     assert "is too narrow to cut: take --shape disc=20mm" in said
     mass = 7850 * 0.02 * np.pi / 6.0 * (1e-3 * float(radius)) ** 2
     assert abs(mass - 0.5) <= 0.02

@@ -121,6 +121,7 @@ def test_references_are_not_counted_in_sweeps_and_single_answers_alone():
     swept |= reached(search / "placing_kernels.py") | reached(search / "lane_kernels.py")
     verification = ROOT / "balance" / "motion" / "verification"
     swept |= reached(verification / "inertia_wrench_kernels.py")
+    swept |= reached(verification / "motion_kernels.py")
     swept |= reached(ROOT / "kinematics" / "closure" / "taylor" / "lane_expansion.py")
     swept |= reached(ROOT / "kinematics" / "closure" / "taylor" / "expansion_kernels.py")
     swept |= reached(ROOT / "balance" / "space" / "spaces" / "first_orders.py")

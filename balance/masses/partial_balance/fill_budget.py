@@ -1,4 +1,4 @@
-"""The least root mean square of loads over matter of limited density: Newton's method.
+"""Matter of limited density by Newton's method: the least loads, and the least matter of none.
 
 With R = [A a] over matter s of limited density, whose support functions are h_b, and its masses
 ``m·s``, half the square of ``|A s + a|`` within a budget B has the dual
@@ -7,6 +7,9 @@ With R = [A a] over matter s of limited density, whose support functions are h_b
 
 over u and λ ≥ 0. Where the budget counts, it is smooth and strictly concave in u, and at its
 maximum, where ``u = A s + a`` and ``m·s = B``, matter is where the forms are positive.
+
+Where the budget is enough for no load at all, the least mass with ``A s = -a`` is that of the
+dual of `balance.masses.counterweights.volume.fill_program`.
 """
 
 from __future__ import annotations
@@ -24,7 +27,7 @@ from balance.masses.counterweights.volume.dual_ascent import (
 from balance.masses.partial_balance.motion_loads import COORDINATES
 from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.support.clarabel_adapter import triangles
-from balance.support.tolerances import COUNTERWEIGHT_RESIDUAL
+from balance.support.tolerances import COUNTERWEIGHT_RESIDUAL, FIXED_RANK_RELATIVE
 from kinematics.numerics.array_types import Array
 
 
@@ -46,8 +49,8 @@ class _Conditions(NamedTuple):
     """Conditions on what fills the regions, as `maximise_dual` has them.
 
     Attributes:
-        rows: ``-[A; m]`` by links (links, conditions, 10), per unit of mass.
-        target: ``[a; -B]``, B in units of mass.
+        rows: ``-[A; m]``, or A, by links (links, conditions, 10), per unit of mass.
+        target: ``[a; -B]``, B in units of mass, or ``-a``.
         unit: kilograms per unit of mass.
     """
 
@@ -89,3 +92,36 @@ def fill_budget(
     s = budget * triangles(moments).reshape(-1)
     value = program.value(s)
     return FilledBudget(s, float(y[-1]) * scale * scale / (value * budget), forms)
+
+
+def fill_without_load(
+    program: ShakingProgram, mass: float, multipliers: Array, price: float
+) -> tuple[Array, Array] | None:
+    """Minimise the mass of matter of limited density that leaves no load.
+
+    Args:
+        program: see `fill_budget`.
+        mass: about the least mass, kilograms, a unit of mass.
+        multipliers: u (rows,) with ``Rᵀ u + price · masses`` about those polynomials of links.
+        price: their price of mass.
+
+    Returns:
+        Coordinates s (count,), and matrices (links, 4, 4), positive where matter is; None if
+        Newton's method does not end at a minimum.
+    """
+    scale, links = program.scale, len(program.stocks)
+    A, given = program.factor[:, :-1] / scale, program.factor[:, -1] / scale
+    U, values, V = np.linalg.svd(A, full_matrices=False)
+    kept = values > FIXED_RANK_RELATIVE * values[0]
+    U, flat = U[:, kept], mass * values[kept, None] * V[kept]
+    rows = flat.reshape(len(flat), links, COORDINATES).swapaxes(0, 1)
+    conditions = _Conditions(np.ascontiguousarray(rows), -given @ U, mass)
+    cost = program.matter.masses.reshape(links, COORDINATES)
+    start = -scale * (multipliers @ U) / (price * mass)
+    y, seen = maximise_dual(conditions, program.stocks, cost, start)
+    forms = forms_of(conditions, y, cost)
+    moments = fill_all(conditions, seen, forms)
+    residual = conditions.target - conditions_of(conditions, moments)
+    if not float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
+        return None
+    return mass * triangles(moments).reshape(-1), forms

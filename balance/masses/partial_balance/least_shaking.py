@@ -53,7 +53,7 @@ from balance.masses.counterweights.volume.cut_regions import (
     support_function,
     whole_and_halves,
 )
-from balance.masses.partial_balance.fill_budget import fill_budget
+from balance.masses.partial_balance.fill_budget import fill_budget, fill_without_load
 from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.support.clarabel_adapter import (
     TRIANGLES,
@@ -126,18 +126,6 @@ class CapsConflict(NamedTuple):
     names: tuple[str, ...]
 
 
-def quadratic_factor(rows: Sequence[Array]) -> Array:
-    """Compute the factor R with ``|R x| = |rows x|`` for every x, one block after the other.
-
-    Args:
-        rows: blocks of rows (any number, columns).
-    """
-    R = np.empty((0, rows[0].shape[1]))
-    for block in rows:
-        R = np.asarray(np.linalg.qr(np.concatenate([R, block]), mode="r"))
-    return R
-
-
 def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | CapsConflict:
     """Minimise the load over matter within a budget; among minimisers, the lightest.
 
@@ -163,6 +151,8 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
         lighter = work.solve(least)
         if lighter is not None:
             minimiser, forms, shares = lighter, work.forms, work.shares
+            if nothing_left:
+                minimiser, forms = work.polish(lighter)
     # The solver keeps the budget to its accuracy only; less of the same matter is in the cones.
     shares = program.taken.rounded(shares)
     removed = removed_by(program, shares)
@@ -246,6 +236,12 @@ class _Work:
                 return s
         return s if self.parts else None
 
+    @property
+    def _newton_serves(self) -> bool:
+        """Whether matter of limited density is all that there is: no caps, peaks or moves."""
+        others = self.program.caps or self.program.samples.size or self.taken.links
+        return bool(self.parts) and not others
+
     def solve_by_newton(self) -> Array | None:
         """Minimise the load over matter of limited density that uses the budget up.
 
@@ -253,7 +249,7 @@ class _Work:
             Coordinates s (count,); None for other programs, and where the budget has no price.
         """
         program = self.program
-        if not self.parts or program.caps or program.samples.size or self.taken.links:
+        if not self._newton_serves:
             return None
         self.gap = NEWTON_STARTS
         s = self.solve(None)
@@ -266,6 +262,17 @@ class _Work:
         self.u = program.load(filled.s) / program.value(filled.s)
         self.price, self.forms = filled.price, filled.forms
         return filled.s
+
+    def polish(self, s: Array) -> tuple[Array, Array]:
+        """Find the lightest matter that leaves nothing to shake, from one nearly as light.
+
+        Returns:
+            Coordinates s (count,), and forms; those given where Newton's method does not serve.
+        """
+        filled, mass = None, float(self.program.matter.masses @ s)
+        if self._newton_serves and mass > 0.0:
+            filled = fill_without_load(self.program, mass, self.u, self.price)
+        return filled or (s, self.forms)
 
     def bound(self) -> float:
         """Compute the bound that the multipliers prove; see the head of this module."""

@@ -27,10 +27,9 @@ from balance.masses.partial_balance.added_weights import check_budget, counterwe
 from balance.masses.partial_balance.least_shaking import (
     LeastShaking,
     least_shaking,
-    quadratic_factor,
 )
 from balance.masses.partial_balance.motion_loads import AddedParameters
-from balance.masses.partial_balance.shaking_program import ShakingProgram
+from balance.masses.partial_balance.shaking_program import ShakingProgram, quadratic_factor
 from balance.space.inertial_parameters.conversions import to_chain
 from balance.space.requirements.contradiction import contradiction, contradiction_words
 from balance.space.requirements.recompute_spatial import recompute_spatial

@@ -20,7 +20,6 @@ from balance.masses.partial_balance.least_shaking import (
     CapsConflict,
     LeastShaking,
     least_shaking,
-    quadratic_factor,
 )
 from balance.masses.partial_balance.motion_loads import (
     AddedParameters,
@@ -33,7 +32,12 @@ from balance.masses.partial_balance.shaking_objectives import (
     harmonic_rows,
     objective_in_words,
 )
-from balance.masses.partial_balance.shaking_program import NO_SAMPLES, Cap, ShakingProgram
+from balance.masses.partial_balance.shaking_program import (
+    NO_SAMPLES,
+    Cap,
+    ShakingProgram,
+    quadratic_factor,
+)
 from balance.masses.partial_balance.shaped_shaking import least_shaped_shaking
 from balance.motion.verification.given_motions import Motions, read_motions
 from balance.motion.verification.load_errors import load_errors
@@ -46,9 +50,8 @@ from kinematics.errors import PoseError, UsageError
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 
-# Motions along which the shaking is measured if none are given, as `balance.verify` does.
-RANDOM_MOTIONS = 10
-SAMPLES = 200
+# Motions, and samples of each, if none are given, as `balance.verify` has them.
+RANDOM_MOTIONS, SAMPLES = 10, 200
 
 
 @dataclass(frozen=True)

@@ -118,3 +118,15 @@ class ShakingProgram:
     def _sizes(self, s: Array) -> Array:
         """Compute the loads of the samples (N,)."""
         return np.asarray(np.linalg.norm(self.samples @ np.append(s, 1.0), axis=1))
+
+
+def quadratic_factor(rows: Sequence[Array]) -> Array:
+    """Compute the factor R with ``|R x| = |rows x|`` for every x, one block after the other.
+
+    Args:
+        rows: blocks of rows (any number, columns).
+    """
+    R = np.empty((0, rows[0].shape[1]))
+    for block in rows:
+        R = np.asarray(np.linalg.qr(np.concatenate([R, block]), mode="r"))
+    return R

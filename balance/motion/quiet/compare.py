@@ -127,10 +127,8 @@ def compare_with_laws(
         quieter = exceeded is not None or less
         if beyond is None and quieter and not problem.frequencies:
             path, after, exceeded, name = law, figures[0], None, law_name
-    inputs = model.linkage.positions_of(model.linkage.inputs)
-    bound = None
-    if passed is None:
-        passed = SampledPoses(*(part[[0, -1]] for part in line))
+    inputs, bound = model.linkage.positions_of(model.linkage.inputs), None
+    passed = passed or SampledPoses(*(part[[0, -1]] for part in line))
     if objective.part != "moment" and len(passed.q) > 1:
         bound = force_bound(model, passed, duration, objective.measure, cycle)
     return QuietMotion(

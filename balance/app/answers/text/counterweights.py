@@ -251,17 +251,19 @@ def counterweight_rows(
     decimals = -int(np.floor(np.log10(MASS_GAP * total))) if total > 0.0 else 0
     for weight in weights:
         parts = [(lump.mass, lump.position) for lump in weight.lumps]
-        for known, position in parts or [(weight.mass, weight.com)]:
+        for known, centre in parts or [(weight.mass, weight.com)]:
             mass = float(round_decimals(known, decimals))
+            # Rounded once: a half that the first of two roundings made would go either way.
+            place = digits - 1 - int(np.floor(np.log10(mass))) if mass > 0.0 else 0
+            written = float(round_decimals(known, min(decimals, place)))
             size = units.per_si * weight.region.size
-            place = vector_digits(units.per_si * position, digits, size)
+            position = vector_digits(units.per_si * centre, digits, size)
             volumes = (
                 number_text(CUBIC_CENTIMETRES * mass / density)
                 for density in DENSITIES.values()
             )
-            rows.append(
-                (weight.link, number_text(units.per_si * mass, f".{digits}g"), place, *volumes)
-            )
+            text = number_text(units.per_si * written, f".{digits}g")
+            rows.append((weight.link, text, position, *volumes))
     filled = {weight.link for weight in weights}
     rows += [(link, nothing, "", *("" for _ in metals)) for link in links if link not in filled]
     return rows

@@ -11,7 +11,7 @@ import balance
 import kinematics
 from balance import design_space
 from balance.app.answers.text.partial_balance import front_facts
-from balance.masses.partial_balance.least_shaking import quadratic_factor
+from balance.masses.partial_balance.shaking_program import quadratic_factor
 from balance.motion import shaking
 from balance.motion.verification.given_motions import rest_to_rest
 from balance.motion.verification.trajectory import random_motions

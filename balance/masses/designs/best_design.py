@@ -292,7 +292,9 @@ def design(
     thickness; see `balance.masses.designs.density`. Other solids of the same inertia are less
     compact and need less density in places only. Without an objective the design is that of
     the least change, if all bodies of the file have mass and extent; otherwise, and without
-    limits of density, it is that of the largest margin, with the total mass of the file.
+    limits of density, it is that of the largest margin, with the total mass of the file. Small
+    changes of heavy links are large ones of light links, which may become lighter than can be
+    built: see ``Design.lighter_than_air``; ``bounds`` and ``keep`` hold their masses.
 
     Args:
         space: a design space, or a linkage, its path or its name.

@@ -18,7 +18,8 @@ def add_new(parser: Parser) -> None:
     """Add the options of the command ``new``."""
     parser.description = (
         "Writes the URDF file of a planar linkage from the points and links of a sketch, with "
-        "loops, inputs, masses of bars and their shapes. Lengths are in metres or have a unit."
+        "loops, inputs, masses of bars and their shapes. Lengths are in metres or have a unit; "
+        "angles have one, deg or rad."
     )
     parser.add_argument("out", metavar="FILE.urdf", help="file to write")
     parser.add_argument(
@@ -121,10 +122,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
 
 def _check_path(path: str, overwrite: bool) -> None:
-    """Refuse a path that names no URDF file, or that of a file which is there.
+    """Refuse a path that does not end in .urdf, or an existing file without --overwrite.
 
     Raises:
-        UsageError: it does not end in .urdf, or the file exists, and it is no stream.
+        UsageError: it is one of these, and no stream.
     """
     if is_stream(path):
         return

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from balance.studies.sketches.points import read_length
+from balance.support.units import UnitNumber
 from kinematics.error_text import clean
 from kinematics.errors import UsageError
 from kinematics.model.document import make_elements
@@ -76,7 +77,7 @@ def read_section(text: str) -> BarSection:
     """Read ``30mmx10mm``, width and thickness, or ``d20mm``, a diameter.
 
     Raises:
-        UsageError: it is neither, or a size is not positive.
+        UsageError: it is neither, a size is not positive, or one alone has a unit.
     """
     word = text.strip().replace("×", "x")
     circular = word[:1] in ("d", "ø", "⌀")
@@ -91,6 +92,9 @@ def read_section(text: str) -> BarSection:
         raise UsageError(f"section '{clean(text)}': {error}") from None
     if min(values) <= 0.0:
         raise UsageError(f"section '{clean(text)}': sizes are positive")
+    if len({isinstance(value, UnitNumber) for value in values}) > 1:
+        problem = "one size has no unit: give both one, as in 30mmx10mm"
+        raise UsageError(f"section '{clean(text)}': {problem}")
     return BarSection(values[0], values[-1], circular)
 
 
@@ -122,7 +126,7 @@ def make_bar(
 
 
 def make_visual(start: complex, end: complex, section: BarSection) -> Element:
-    """Make the ``<visual>`` of a bar: a box, or a cylinder, whose axis is the z axis."""
+    """Make the ``<visual>`` of a bar: a box, or a cylinder turned from its z axis onto it."""
     length, yaw = _round([abs(end - start), cmath.phase(end - start)])
     pitch = 0.5 * math.pi if section.circular else 0.0
     middle = in_space(0.5 * (start + end))

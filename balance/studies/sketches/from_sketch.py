@@ -24,7 +24,7 @@ from kinematics.loading.building.assemble_elements import assemble_elements
 from kinematics.loading.building.check_arguments import exact_differences
 from kinematics.loading.model_gallery import load
 from kinematics.model.document import make_elements
-from kinematics.model.document.element import Document, Element
+from kinematics.model.document.element import Document, Element, unused_name
 from kinematics.model.document.write_numbers import element_text, number_words
 from kinematics.wording import round_to_ten_digits
 
@@ -44,8 +44,8 @@ def linkage_from_sketch(
 
     Points are coordinates ``x,y``, steps ``A+250mm@120deg`` or ``A+80mm@C`` (towards C), or
     have two distances, ``E=C:350mm,D:350mm``: on the left seen from C to D; or a distance and a
-    line, ``C=A:180mm,O@0deg``: the farther one along it. Lengths are in metres and angles in
-    radians, or have units.
+    line, ``C=A:180mm,O@0deg``: the farther one along it. Lengths are in metres or have a
+    unit; angles other than 0 have one, deg or rad.
 
     A link has bars between its points: one between two points or along a line, else one along
     each side of the polygon in the order of the points. Bars end at the points, and matter that
@@ -59,11 +59,12 @@ def linkage_from_sketch(
         sliders: ``"piston=C@0deg"``: bodies that slide on the base, each with its point and its
             direction, an angle from the x axis or a second point of the line.
         section: of bars, ``"30mmx10mm"`` in the plane and along z, or ``"d20mm"`` for rods;
-            ``"30mmx10mm, crank=d20mm"`` for some links another one, or by name; without one,
-            links have no ``<inertial>`` and no shape.
+            one for all links, with others by name after it, ``"30mmx10mm, crank=d20mm"``, or a
+            mapping; without one, links have no ``<inertial>`` and no shape.
         density: kg/m³, a material, or one of them by link, and steel for the others.
         mass: ``"piston=0.5, crank=200g"``, kg, in place of that of section and density: the
-            inertia is scaled; without a section, a link with a mass is a thin rod.
+            inertia is scaled; without a section, a link with a mass is a thin rod, a slider a
+            point mass.
         inputs: names of joints; by default as many as the mobility, on the base first.
         name: of the robot.
 
@@ -96,10 +97,12 @@ def linkage_from_sketch(
     sketch = read_sketch(points, links, sliders)
     matter = read_matter(sketch.links, section, density, mass)
     joints = plan_joints(sketch)
-    solids = _build_solids(sketch, joints, matter)
+    frames = place_frames(sketch, joints)
+    solids = _build_solids(sketch, frames, matter)
     source = f"{name} (from a sketch)"
     try:
-        plain = assemble_elements(_make_robot(name, sketch, joints, solids), source, inputs)
+        robot = _make_robot(name, sketch, joints, frames, solids)
+        with_inputs = assemble_elements(robot, source, inputs)
     except MeetingModesError as error:
         problem = f"{len(error.modes)} modes of motion meet in the pose of the sketch"
         raise SynthesisError(problem, "sketch it in another pose") from None
@@ -110,8 +113,8 @@ def linkage_from_sketch(
                 "one of them is a tool point, write base=… among the links"
             )
         raise
-    joints = [joint._replace(is_input=joint.name in plain.inputs) for joint in joints]
-    urdf = element_text(_make_robot(name, sketch, joints, solids)).encode()
+    joints = [joint._replace(is_input=joint.name in with_inputs.inputs) for joint in joints]
+    urdf = element_text(_make_robot(name, sketch, joints, frames, solids)).encode()
     linkage = load(Document(source, urdf))
     return SketchedLinkage(
         linkage=linkage,
@@ -126,15 +129,14 @@ def linkage_from_sketch(
         ),
         joints=tuple(joints),
         urdf=urdf,
-        notices=tuple(dict.fromkeys((*linkage.notices, *plain.notices))),
+        notices=tuple(dict.fromkeys((*linkage.notices, *with_inputs.notices))),
     )
 
 
 def _build_solids(
-    sketch: Sketch, joints: Sequence[SketchedJoint], matter: Mapping[str, LinkMatter]
+    sketch: Sketch, frames: Mapping[str, complex], matter: Mapping[str, LinkMatter]
 ) -> dict[str, LinkSolid]:
     """Make the matter of the links, in their frames."""
-    frames = place_frames(sketch, joints)
     return {
         link: matter[link].build(
             [sketch.places[point] - frames[link] for point in names], sketch.sliders.get(link)
@@ -147,14 +149,14 @@ def _make_robot(
     name: str,
     sketch: Sketch,
     joints: Sequence[SketchedJoint],
+    frames: Mapping[str, complex],
     solids: Mapping[str, LinkSolid],
 ) -> Element:
     """Make the elements of the file."""
-    frames = place_frames(sketch, joints)
     parts = [make_elements.link(BASE)]
     parts += [Element("link", {"name": link}, each.elements) for link, each in solids.items()]
     parts += [_joint_element(joint, sketch, frames) for joint in joints]
-    return make_elements.robot(name, [*parts, *_tool_frames(sketch, frames)])
+    return make_elements.robot(name, [*parts, *_tool_frames(sketch, joints, frames)])
 
 
 def _joint_element(
@@ -181,13 +183,16 @@ def _joint_element(
     )
 
 
-def _tool_frames(sketch: Sketch, frames: Mapping[str, complex]) -> Iterator[Element]:
+def _tool_frames(
+    sketch: Sketch, joints: Sequence[SketchedJoint], frames: Mapping[str, complex]
+) -> Iterator[Element]:
     """Yield a link at each tool point, and the joint that fixes it there."""
+    links, names = set(frames), {joint.name for joint in joints}
     for link, point in sketch.tool_points:
-        name = f"{point}_tool" if point in frames else point
+        tool = unused_name(f"{point}_tool" if point in links else point, links)
         at = _origin(sketch.places[point], frames[link])
-        yield make_elements.link(name)
-        yield make_elements.joint(f"{point}_fixed", "fixed", link, name, at)
+        yield make_elements.link(tool)
+        yield make_elements.joint(unused_name(f"{point}_fixed", names), "fixed", link, tool, at)
 
 
 def _origin(point: complex, frame: complex) -> Element:

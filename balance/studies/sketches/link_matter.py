@@ -18,7 +18,7 @@ from balance.studies.sketches.bars import (
     make_visual,
     read_section,
 )
-from balance.studies.sketches.points import unknown_name
+from balance.studies.sketches.points import FOR_ALL, read_pairs, unknown_name
 from balance.support.materials import MATERIALS, density_in_si
 from balance.support.units import read_quantity
 from kinematics.error_text import clean
@@ -31,8 +31,6 @@ ByLink: TypeAlias = float | str | Mapping[str, float | str]
 
 # Distance of points from a line, over the length of their link, up to which they are on it.
 STRAIGHT = 1e-9
-# Name that stands for the links that are not named.
-OTHERS = ""
 
 
 class LinkSolid(NamedTuple):
@@ -103,56 +101,41 @@ def read_matter(
     Raises:
         UsageError: a value is written wrongly or not positive, or there is no such link.
     """
-    sections = _by_link("section", section, links)
-    densities = _by_link("density", density, links)
-    masses = _by_link("mass", mass, links)
-    others = densities.get(OTHERS, MATERIALS["steel"])
-    if OTHERS in masses:
-        raise UsageError(f"mass '{masses[OTHERS]}' names no link: write piston=0.5")
+    by_link = {FOR_ALL: density} if isinstance(density, (float, int, np.number)) else density
+    example = "30mmx10mm, crank=d20mm"
+    sections = read_pairs("section", section, example, ",", for_all=True)
+    densities = read_pairs("density", by_link, "steel, rod=titanium", ",", for_all=True)
+    masses = read_pairs("mass", mass, "piston=0.5, crank=200g", ",")
+    for what, names in (("section", sections), ("density", densities), ("mass", masses)):
+        for name in names:
+            if name not in (FOR_ALL, *links):
+                raise UsageError(f"{what}: {unknown_name('link', name, links)}")
+    others = densities.get(FOR_ALL, MATERIALS["steel"])
     matter = {}
     for link in links:
-        words = sections.get(link, sections.get(OTHERS))
+        words = sections.get(link, sections.get(FOR_ALL))
+        if words is not None and not isinstance(words, str):
+            raise UsageError(f"section: '{clean(str(words))}' is no text, as 30mmx10mm is")
         kilograms = masses.get(link)
         matter[link] = LinkMatter(
             None if words is None else read_section(words),
-            _positive("density", density_in_si(densities.get(link, others))),
-            None if kilograms is None else _positive("mass", kilograms),
+            _positive("density", density_in_si(densities.get(link, others)), "kg/m³"),
+            None if kilograms is None else _positive("mass", kilograms, "kg"),
         )
     return matter
 
 
-def _positive(what: str, value: Any) -> float:
+def _positive(what: str, value: Any, unit: str) -> float:
     """Convert a mass or a density to SI units.
 
     Raises:
-        UsageError: it is no positive number.
+        UsageError: it is not positive, or too large.
     """
     number = float(read_quantity(value, what) if isinstance(value, str) else value)
     if not 0.0 < number < 1e12:
-        raise UsageError(f"{what} '{clean(str(value))}' is no positive number")
+        text = clean(str(value))
+        raise UsageError(f"{what} '{text}' is not between 0 and 1e12 {unit}")
     return number
-
-
-def _by_link(what: str, given: ByLink, links: Mapping[str, object]) -> dict[str, Any]:
-    """Read values by link; that of the links without one has an empty name.
-
-    Raises:
-        UsageError: there is no such link, or one is given twice.
-    """
-    pairs: list[tuple[str, Any]]
-    if isinstance(given, str):
-        parts = [word.rpartition("=") for word in given.split(",") if word.strip()]
-        pairs = [(name.strip(), value.strip()) for name, _, value in parts]
-    else:
-        pairs = [*given.items()] if isinstance(given, Mapping) else [(OTHERS, given)]
-    values: dict[str, Any] = {}
-    for name, value in pairs:
-        if name != OTHERS and name not in links:
-            raise UsageError(f"{what}: {unknown_name('link', name, links)}")
-        if name in values:
-            raise UsageError(f"{what} of {name or 'all links'} is given twice")
-        values[name] = value
-    return values
 
 
 def _bar_ends(points: Sequence[complex]) -> list[tuple[complex, complex]]:

@@ -20,7 +20,7 @@ from collections.abc import Callable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple, TypeAlias
 
-from balance.support.units import read_quantity
+from balance.support.units import UnitNumber, read_quantity
 from kinematics.error_text import clean, closest_names, did_you_mean
 from kinematics.errors import SynthesisError, UsageError
 from kinematics.wording import number_text
@@ -34,10 +34,10 @@ PointLike: TypeAlias = str | Sequence[float]
 LARGEST = 1e6
 # Decimals of coordinates, which lets 0.25 cos 120° be -0.125.
 DECIMALS = 15
+# Key of the value of all names that are not given.
+FOR_ALL = ""
 # Part of the radii of two circles by which they may miss each other, for round-off.
 TOUCHING = 1e-12
-# Radians from which an angle without a unit is more than a turn, and meant in degrees.
-MORE_THAN_A_TURN = 6.4
 FORMS = "x,y or A+LENGTH@ANGLE or A:LENGTH,B:LENGTH or A:LENGTH,B@ANGLE"
 
 
@@ -63,7 +63,8 @@ def place_points(points: str | Mapping[str, PointLike]) -> dict[str, complex]:
         The points by name, in their order; metres.
 
     Raises:
-        UsageError: a point is written wrongly, twice, or from unknown points or itself.
+        UsageError: there is no point, or one is written wrongly, twice, or from unknown points
+            or itself.
         SynthesisError: two circles do not meet, or a direction is from a point to itself.
 
     Example:
@@ -71,10 +72,13 @@ def place_points(points: str | Mapping[str, PointLike]) -> dict[str, complex]:
         >>> place_points("A=0,0; B=600mm,0; C=A:0.5,B:0.5")["C"]
         (0.3+0.4j)
     """
+    example = "A=0,0; B=A+250mm@60deg"
     rules = {
         name: _read_point(name, value)
-        for name, value in read_pairs("points", points, "A=0,0; B=A+250mm@60deg").items()
+        for name, value in read_pairs("points", points, example).items()
     }
+    if not rules:
+        raise UsageError(f'points: there are none: write "{example}"')
     for name, rule in rules.items():
         for other in rule.needs:
             if other not in rules:
@@ -93,39 +97,49 @@ def place_points(points: str | Mapping[str, PointLike]) -> dict[str, complex]:
 
 
 def read_pairs(
-    what: str, given: str | Mapping[str, Any], example: str, parting: str = ";"
+    what: str,
+    given: Any,
+    example: str,
+    separator: str = ";",
+    *,
+    for_all: bool = False,
 ) -> dict[str, Any]:
-    """Read ``NAME=VALUE`` parted by semicolons, or take a mapping as it is.
+    """Read ``NAME=VALUE`` between separators, or take a mapping as it is.
 
     Args:
         what: the argument, for messages.
+        given: a text, or values by name.
         example: how it is written, for messages.
-        parting: the character between two of them.
+        separator: the character between two pairs.
+        for_all: whether a value may have no name. It holds for all other names; its key is
+            `FOR_ALL`.
 
     Raises:
-        UsageError: a part has no ``=``, or a name is none or comes twice.
+        UsageError: it is neither a text nor a mapping, a value has no name, or a name is none
+            or comes twice.
     """
-    pairs = given.items() if isinstance(given, Mapping) else []
+    if not isinstance(given, (str, Mapping)):
+        kind = type(given).__name__
+        raise UsageError(
+            f'{what}: write "{example}", or give a mapping; this is of type {kind}'
+        )
+    pairs: list[tuple[str, Any]] = [*given.items()] if isinstance(given, Mapping) else []
     if isinstance(given, str):
-        words = [word for word in given.split(parting) if word.strip()]
-        for word in words:
-            if "=" not in word:
-                text = clean(word.strip())
-                raise UsageError(f"{what}: '{text}' has no name: write \"{example}\"")
-        pairs = [(name.strip(), value.strip()) for name, _, value in _parted(words)]
+        words = [word.rpartition("=") for word in given.split(separator) if word.strip()]
+        pairs = [(name.strip(), value.strip()) for name, _, value in words]
     named: dict[str, Any] = {}
     for name, value in pairs:
-        if not str(name).isidentifier():
+        if name == FOR_ALL and not for_all:
+            text = clean(str(value))
+            raise UsageError(f"{what}: '{text}' has no name: write \"{example}\"")
+        if name != FOR_ALL and not str(name).isidentifier():
             text = "is no name: take letters, digits and _, and a letter first"
             raise UsageError(f"{what}: '{clean(str(name))}' {text}")
         if name in named:
-            raise UsageError(f"{what}: '{clean(name)}' is given twice")
+            item = f"'{clean(name)}'" if name else "a value for all links"
+            raise UsageError(f"{what}: {item} is given twice")
         named[name] = value
     return named
-
-
-def _parted(words: Sequence[str]) -> list[tuple[str, str, str]]:
-    return [word.partition("=") for word in words]
 
 
 def unknown_name(kind: str, name: str, known: Mapping[str, object]) -> str:
@@ -140,12 +154,12 @@ def unknown_name(kind: str, name: str, known: Mapping[str, object]) -> str:
 
 
 def read_length(text: str) -> float:
-    """Read a length in metres or with a unit.
+    """Read a length in metres or with a unit, then a `UnitNumber`.
 
     Raises:
         UsageError: it is none, or beyond 1000 km.
     """
-    value = float(read_quantity(text.strip(), "length"))
+    value = read_quantity(text.strip(), "length")
     if not abs(value) <= LARGEST:
         raise UsageError(f"'{clean(text)}' is no length up to {LARGEST:g} m")
     return value
@@ -155,14 +169,14 @@ def read_direction(text: str, start: str) -> _Rule:
     """Read the direction from a point: an angle from the x axis, or another point.
 
     Args:
-        text: ``120deg``, radians, or the name of a point.
+        text: ``120deg``, ``2rad``, ``0``, or the name of a point.
         start: name of the point.
 
     Returns:
         A rule for ``e^(iα)``.
 
     Raises:
-        UsageError: it is neither; or an angle without a unit is more than a turn.
+        UsageError: it is neither, or an angle other than 0 has no unit.
     """
     word = text.strip()
     if word.isidentifier():
@@ -170,8 +184,9 @@ def read_direction(text: str, start: str) -> _Rule:
     angle = read_quantity(word, "angle")
     if not math.isfinite(angle):
         raise UsageError(f"'{clean(text)}' is no angle")
-    if not getattr(angle, "quantity", "") and abs(angle) > MORE_THAN_A_TURN:
-        raise UsageError(f"'{clean(text)}' is in radians: write {clean(word)}deg")
+    if angle and not isinstance(angle, UnitNumber):
+        number = clean(word)
+        raise UsageError(f"angle '{number}' has no unit: write {number}deg or {number}rad")
     return _Rule((start,), lambda _: cmath.exp(1j * angle))
 
 
@@ -264,12 +279,17 @@ def _meeting(
     """Compute where two circles meet, on the left seen from the first centre to the second."""
     (r, s), start = radii, places[centres[0]]
     d = abs(places[centres[1]] - start)
+    if not d:
+        problem = f"points {centres[0]} and {centres[1]} are at one place"
+        problem = f"point '{name}': {problem}: two distances from it give no point"
+        raise SynthesisError(problem, "correct one of them")
     about = f"about {centres[0]} and {centres[1]}, which are {_mm(d)} apart"
     slack = TOUCHING * (r + s)
     if d > r + s + slack:
-        problem = f"the circles {about}, do not meet: their radii are {_mm(r + s)} together"
-        raise SynthesisError(f"point '{name}': {problem}", f"add {_mm(d - r - s)} to them")
-    if d < abs(r - s) - slack or not d:
+        problem = f"the circles {about}, do not meet: their radii add up to {_mm(r + s)}"
+        remedy = f"lengthen them by {_mm(d - r - s)} in all"
+        raise SynthesisError(f"point '{name}': {problem}", remedy)
+    if d < abs(r - s) - slack:
         problem = f"the circles {about}, do not meet: their radii differ by {_mm(abs(r - s))}"
         remedy = f"let them differ by {_mm(abs(r - s) - d)} less"
         raise SynthesisError(f"point '{name}': {problem}", remedy)

@@ -20,7 +20,8 @@ from kinematics.errors import SynthesisError, UsageError
 NamesLike: TypeAlias = str | Sequence[str]
 """Names, or a text of names that are parted by commas."""
 
-# Distance of two points over the size of the sketch, up to which they are at one place.
+# Distance of two points up to which they are at one place, over the largest distance of a point
+# from the origin.
 COINCIDENT = 1e-9
 
 
@@ -139,9 +140,9 @@ def _check_sketch(sketch: Sketch) -> None:
         (point,) = sketch.links[slider]
         if point in sketch.base:
             raise UsageError(f"slider '{slider}': its point {point} is on the base, too")
-    size = max(map(abs, sketch.places.values()))
+    farthest = max(map(abs, sketch.places.values()))
     for link, names in sketch.links.items():
         for first, second in combinations(names, 2):
-            if abs(sketch.places[first] - sketch.places[second]) <= COINCIDENT * size:
+            if abs(sketch.places[first] - sketch.places[second]) <= COINCIDENT * farthest:
                 problem = f"link '{link}': points {first} and {second} are at one place"
                 raise SynthesisError(problem, "correct one of them")

@@ -116,7 +116,7 @@ class SketchedLinkage:
 
     @property
     def words(self) -> str:
-        """What it is, in words: ``5 links, 2 loops, mobility 1, inputs A``."""
+        """What it is, in words: ``5 moving links, 2 loops, mobility 1, inputs A``."""
         loops = sum(joint.closes_loop for joint in self.joints)
         counts = f"{count_noun(len(self.links), 'moving link')}, {count_noun(loops, 'loop')}"
         inputs = f"inputs {', '.join(self.linkage.inputs)}"

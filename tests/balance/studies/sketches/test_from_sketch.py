@@ -240,6 +240,28 @@ def test_a_tool_point_has_a_frame_and_lengthens_its_bar():
     assert lengths["coupler"] == pytest.approx(0.35)
 
 
+def test_frames_of_tool_points_have_names_of_their_own():
+    """Beside a pin T_fixed, and links with the name of the point, and of its frame."""
+    points = "A=0,0; T_fixed=1,0; B=1,1; T=2,1"
+    sketch = linkage_from_sketch(points, "base=A; T=A,T_fixed; T_tool=T_fixed,B; c=B,T")
+    root = ElementTree.fromstring(sketch.urdf)
+    for tag, name in (("link", "T_tool_"), ("joint", "T_fixed_")):
+        names = [item.get("name") for item in root.findall(tag)]
+        assert name in names and len(set(names)) == len(names)
+    tool = PinocchioFile(sketch.urdf).link("T_tool_").translation
+    assert np.abs(tool - placed(sketch.points["T"])).max() < 1e-15
+
+
+def test_an_angle_of_zero_needs_no_unit():
+    bare, degrees, radians = (
+        linkage_from_sketch(f"A=0,0; B=A+1@{angle}", "base=A; arm=A,B").points["B"]
+        for angle in ("0", "0deg", "0rad")
+    )
+    assert bare == degrees == radians == 1.0
+    turned = linkage_from_sketch("A=0,0; B=A+1@2rad", "base=A; arm=A,B").points["B"]
+    assert abs(turned - cmath.rect(1.0, 2.0)) < 1e-15
+
+
 def test_ranks_are_the_known_ones():
     """A kite has 7 conditions of 12, a general four-bar 8, see the files of the gallery."""
     kite = linkage_from_sketch(
@@ -279,10 +301,29 @@ def test_a_linkage_shakes_as_the_file_made_by_hand():
         (("A=0,0; A=1,0", "a=A,B"), UsageError, "'A' is given twice"),
         (("A=0,0; B=K+1@0", "a=A,B"), UsageError, "point 'B': no point 'K'"),
         (("A=B+1@0; B=A+1@0", "a=A,B"), UsageError, "A needs B needs A|B needs A needs B"),
-        (("A=0,0; B=A+1@60", "a=A,B"), UsageError, "'60' is in radians: write 60deg"),
+        (("A=0,0; B=A+1@60", "a=A,B"), UsageError, "'60' has no unit: write 60deg or 60rad"),
+        (("A=0,0; B=A+1@-5", "a=A,B"), UsageError, "'-5' has no unit: write -5deg or -5rad"),
+        ((*SLIDER[:2], "piston=C@1.5"), UsageError, "'1.5' has no unit"),
+        (("A=0,0; B=A+1@inf", "a=A,B"), UsageError, "no point 'inf'"),
+        (("A=0,0; B=A+1@-inf", "a=A,B"), UsageError, "'-inf' is no angle"),
+        (("", "a=A,B"), UsageError, 'points: there are none: write "A=0,0'),
+        (({}, "a=A,B"), UsageError, "points: there are none: write"),
+        (([(0, 0), (1, 0)], "a=A,B"), UsageError, "points: write .*; this is of type list"),
+        (("A=0,0; B=1,0", ["A,B"]), UsageError, "links: write .*; this is of type list"),
+        (({"": "0,0"}, "a=A,B"), UsageError, "points: '0,0' has no name"),
         (("A=0,0; B=1kg,0", "a=A,B"), UsageError, "'kg' is a unit of mass"),
         (("A=0,0; B=nan,0", "a=A,B"), UsageError, "is no length"),
-        (("A=0,0; B=1,0; C=A:0.3,B:0.2", "a=A,B"), SynthesisError, "1000 mm apart.*add 500 mm"),
+        (("A=0,0; B=1,0; C=A:0.3,B:0.2", "a=A,B"), SynthesisError, "add up to 500 mm.*500 mm"),
+        (
+            ("A=0,0; B=1,0; C=A:0.3,B:0.1", "a=A,B"),
+            SynthesisError,
+            "1000 mm apart.* lengthen them by 600 mm in all",
+        ),
+        (
+            ("A=0,0; B=0,0; C=A:1,B:1", "a=A,C; b=C,B"),
+            SynthesisError,
+            "points A and B are at one place: two distances from it give no point",
+        ),
         (
             ("A=0,0; B=1,0; C=A:3,B:1", "a=A,B"),
             SynthesisError,
@@ -330,11 +371,18 @@ def test_what_is_wrong_is_told(words, kind, problem):
         ({"section": "0x1"}, "sizes are positive"),
         ({"section": "d"}, "section 'd'"),
         ({"section": "crnak=d1cm"}, r"no link 'crnak' \(did you mean 'crank'"),
-        ({"section": "1x1,2x2"}, "section of all links is given twice"),
+        ({"section": "1x1,2x2"}, "section: a value for all links is given twice"),
+        ({"section": "rod=d1cm,rod=d2cm"}, "section: 'rod' is given twice"),
+        ({"section": "30x10mm"}, "'30x10mm': one size has no unit: give both one, as in 30mmx"),
+        ({"section": "crank=30mmx10"}, "'30mmx10': one size has no unit"),
+        ({"section": {"crank": 3}}, "section: '3' is no text"),
+        ({"density": None}, "density: write .*; this is of type NoneType"),
         ({"density": "wood"}, "is no material"),
-        ({"density": -1.0}, "density '-1.0' is no positive number"),
-        ({"mass": "0.5"}, "mass '0.5' names no link"),
-        ({"mass": "rod=0"}, "mass '0' is no positive number"),
+        ({"density": -1.0}, "density '-1.0' is not between 0 and 1e12 kg/m³"),
+        ({"mass": "0.5"}, "mass: '0.5' has no name: write \"piston=0.5"),
+        ({"mass": 0.5}, 'mass: write "piston=0.5.*; this is of type float'),
+        ({"mass": "rod=0"}, "mass '0' is not between 0 and 1e12 kg"),
+        ({"mass": "crank=1e13"}, "mass '1e13' is not between 0 and 1e12 kg"),
         ({"mass": {"piston": "1m"}}, "'m' is a unit of length"),
     ],
 )

@@ -1,10 +1,12 @@
-"""Links that are alike: equal ones, with equal neighbours, as those of equal legs are.
+"""Links that are alike in what is compared, as those of equal legs are.
 
 What is compared of a link is the same in all poses and mirror images: its mass, the kinds of
 its joints, distances and angles of their axes, and for each axis its distance from the centre
-of mass and the second moment of mass along it. Classes are divided until neighbours of alike
-links are alike (B. Weisfeiler, A. Lehman, Nauchno-Technicheskaya Informatsia 2(9), 1968). The
-base has a class of its own, and where equal legs stand on it does not count.
+of mass, the second moment of mass along it, and the moment of inertia about the parallel axis
+through the centre. Equal links are alike; alike ones may differ elsewhere. Classes are divided
+until neighbours of alike links are alike (B. Weisfeiler, A. Lehman, Nauchno-Technicheskaya
+Informatsia 2(9), 1968). The base has a class of its own, and where equal legs stand on it does
+not count.
 """
 
 from __future__ import annotations
@@ -127,13 +129,14 @@ def _places(
     joints: Sequence[_Joint],
     members: Mapping[int, Sequence[int]],
     moments: Mapping[int, Array],
-) -> dict[tuple[int, int], tuple[int, int]]:
+) -> dict[tuple[int, int], tuple[int, int, int]]:
     """Number where joints are on links, by joint and link.
 
-    The numbers are those of the distance from the centre of mass, and of the second moment of
-    mass about that centre along the axis.
+    The numbers are those of the distance from the centre of mass, of the second moment of
+    mass about that centre along the axis, and of the moment of inertia about a parallel axis
+    through it.
     """
-    distances, along, largest = {}, {}, 0.0
+    distances, along, turning, largest = {}, {}, {}, 0.0
     for link, group in members.items():
         P, mass = moments[link], float(moments[link][3, 3])
         centre = P[:3, 3] / mass if mass > 0.0 else np.zeros(3)
@@ -147,9 +150,13 @@ def _places(
             far_off = mass > 0.0 and joint.kind != "prismatic"
             distances[k, link] = float(np.linalg.norm(away)) if far_off else 0.0
             spread = float(joint.axis @ about @ joint.axis)
-            along[k, link] = 0.0 if joint.kind == "ball" else spread
+            inertia = float(np.trace(about)) - spread
+            along[k, link], turning[k, link] = (
+                (0.0, 0.0) if joint.kind == "ball" else (spread, inertia)
+            )
     far, wide = _number_values(distances), _number_values(along, largest)
-    return {key: (far[key], wide[key]) for key in far}
+    heavy = _number_values(turning, largest)
+    return {key: (far[key], wide[key], heavy[key]) for key in far}
 
 
 def _distances(

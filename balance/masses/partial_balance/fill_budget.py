@@ -18,21 +18,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.volume.dual_ascent import (
-    conditions_of,
-    fill_all,
-    forms_of,
-    maximise_dual,
-)
+from balance.masses.counterweights.volume.dual_ascent import fill_by_newton
 from balance.masses.partial_balance.motion_loads import COORDINATES
 from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.support.clarabel_adapter import triangles
-from balance.support.tolerances import COUNTERWEIGHT_RESIDUAL, FIXED_RANK_RELATIVE
+from balance.support.tolerances import FIXED_RANK_RELATIVE
 from kinematics.numerics.array_types import Array
 
 
 class FilledBudget(NamedTuple):
-    """Matter that uses a budget up, with the least load.
+    """The matter of the least load among that whose mass is the budget.
 
     Attributes:
         s: coordinates of the added matter (count,).
@@ -66,7 +61,7 @@ def fill_budget(
 
     Args:
         program: without caps, for the root of the mean, and with no matter that may be moved.
-        budget: kilograms, a unit of mass.
+        budget: kilograms; masses are computed in units of it.
         load: about ``R [s; 1]`` at the minimum (rows,).
         price: about the load that a kilogram more would save there.
 
@@ -80,18 +75,15 @@ def fill_budget(
     rows = flat.reshape(len(flat), links, COORDINATES).swapaxes(0, 1)
     target = np.append(given, -1.0)
     conditions = _Conditions(np.ascontiguousarray(rows), target, budget)
-    none, square = np.zeros((links, COORDINATES)), np.append(np.ones(len(columns)), 0.0)
+    none, quadratic = np.zeros((links, COORDINATES)), np.append(np.ones(len(columns)), 0.0)
     size = float(np.linalg.norm(load)) / scale
     start = np.append(load / scale, price * size * budget / scale)
-    y, seen = maximise_dual(conditions, program.stocks, none, start, square=square)
-    forms = forms_of(conditions, y, none)
-    moments = fill_all(conditions, seen, forms)
-    residual = target - square * y - conditions_of(conditions, moments)
-    if y[-1] <= 0.0 or not float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
+    filling = fill_by_newton(conditions, program.stocks, none, start, quadratic=quadratic)
+    price = float(filling.y[-1])
+    if price <= 0.0 or not filling.balances:
         return None
-    s = budget * triangles(moments).reshape(-1)
-    value = program.value(s)
-    return FilledBudget(s, float(y[-1]) * scale * scale / (value * budget), forms)
+    s = budget * triangles(filling.moments).reshape(-1)
+    return FilledBudget(s, price * scale * scale / (program.value(s) * budget), filling.forms)
 
 
 def fill_without_load(
@@ -101,9 +93,10 @@ def fill_without_load(
 
     Args:
         program: see `fill_budget`.
-        mass: about the least mass, kilograms, a unit of mass.
-        multipliers: u (rows,) with ``Rᵀ u + price · masses`` about those polynomials of links.
-        price: their price of mass.
+        mass: an estimate of the least, kilograms; masses are computed in units of it.
+        multipliers: an estimate of u (rows,): the polynomials of the links are
+            ``Aᵀ u + price · masses``.
+        price: of mass in them.
 
     Returns:
         Coordinates s (count,), and matrices (links, 4, 4), positive where matter is; None if
@@ -118,10 +111,7 @@ def fill_without_load(
     conditions = _Conditions(np.ascontiguousarray(rows), -given @ U, mass)
     cost = program.matter.masses.reshape(links, COORDINATES)
     start = -scale * (multipliers @ U) / (price * mass)
-    y, seen = maximise_dual(conditions, program.stocks, cost, start)
-    forms = forms_of(conditions, y, cost)
-    moments = fill_all(conditions, seen, forms)
-    residual = conditions.target - conditions_of(conditions, moments)
-    if not float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
+    filling = fill_by_newton(conditions, program.stocks, cost, start)
+    if not filling.balances:
         return None
-    return mass * triangles(moments).reshape(-1), forms
+    return mass * triangles(filling.moments).reshape(-1), filling.forms

@@ -237,7 +237,7 @@ class _Work:
         return s if self.parts else None
 
     @property
-    def _newton_serves(self) -> bool:
+    def _is_plain_filling(self) -> bool:
         """Whether matter of limited density is all that there is: no caps, peaks or moves."""
         others = self.program.caps or self.program.samples.size or self.taken.links
         return bool(self.parts) and not others
@@ -249,7 +249,7 @@ class _Work:
             Coordinates s (count,); None for other programs, and where the budget has no price.
         """
         program = self.program
-        if not self._newton_serves:
+        if not self._is_plain_filling:
             return None
         self.gap = NEWTON_STARTS
         s = self.solve(None)
@@ -264,13 +264,13 @@ class _Work:
         return filled.s
 
     def polish(self, s: Array) -> tuple[Array, Array]:
-        """Find the lightest matter that leaves nothing to shake, from one nearly as light.
+        """Find the lightest matter that leaves nothing to shake, from matter nearly as light.
 
         Returns:
             Coordinates s (count,), and forms; those given where Newton's method does not serve.
         """
         filled, mass = None, float(self.program.matter.masses @ s)
-        if self._newton_serves and mass > 0.0:
+        if self._is_plain_filling and mass > 0.0:
             filled = fill_without_load(self.program, mass, self.u, self.price)
         return filled or (s, self.forms)
 

@@ -287,7 +287,7 @@ def track(
             reached a limit: steps shrink towards a dead centre without an end.
         start: positions of all joints at the first sample; computed by default.
     """
-    # A planar linkage without idle joints is followed in its plane, in two thirds of the time.
+    # A planar linkage without idle joints is followed in its plane.
     flat = linkage.chain.planar and not linkage.idle
     chain = linkage.chain if flat else input_chain(linkage)
     time, u, ud, udd = path

@@ -83,17 +83,19 @@ def decide_filled(
     halved, matter = halved_by_plane(program, stocks)
     mirrored = dict(zip(stocks, matter, strict=True))
     points = solve_added(program)
-    needed: FilledParts | DensityNeeded | None = None
+    by_newton: FilledParts | DensityNeeded | None = None
     if not (moved or minimise == "inertia" or is_excluded(blank, program, points)):
-        needed = fill_from_points(halved, matter, program.lift @ points.dual, prove)
-    if isinstance(needed, FilledParts):
-        answer = _filled(blank, mirrored, halved, needed)
+        by_newton = fill_from_points(halved, matter, program.lift @ points.dual, prove)
+    if isinstance(by_newton, FilledParts):
+        answer = _filled(blank, mirrored, halved, by_newton)
         if answer.verdict == "feasible":
             return answer
     answer = decide_by_points(blank, program, points)
     if answer.verdict != "feasible" or not answer.weights:
         return answer
-    if relax or not isinstance(needed, DensityNeeded) or needed.bound <= 1.0:
+    if isinstance(by_newton, DensityNeeded) and by_newton.bound > 1.0 and not relax:
+        needed = by_newton
+    else:
         needed = density_needed(halved, matter, how_much=relax)
     if needed.bound > 1.0:
         return _excluded(blank, stocks, halved, needed, relax)

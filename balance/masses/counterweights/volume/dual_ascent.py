@@ -86,38 +86,75 @@ def maximise_dual(
     stocks: Sequence[Stock],
     cost: Array,
     start: Array,
-    most: float = np.inf,
-    square: Array | None = None,
+    ceiling: float = np.inf,
+    quadratic: Array | None = None,
 ) -> tuple[Array, list[Stock]]:
     """Maximise the dual by Newton's method, with few rays and then with many.
 
     Few rays start anew inside the parts after each step; many stay, so that the dual is one
-    function. Planes cut off parts without rays.
+    function. Forms without second-order terms cut parts off by planes, which need no rays.
 
     Args:
         program: the conditions.
         stocks: region and density of each link.
         cost: the polynomials C_b (links, 10).
         start: multipliers (ρ,) to start at.
-        most: a value that the dual does not exceed if any matter balances.
-        square: factors d (ρ,) of ``-½ Σ d_i y_i²``, which the dual has besides; 0 by default.
+        ceiling: a value that the dual does not exceed if any matter balances.
+        quadratic: factors d (ρ,) of ``-½ Σ d_i y_i²``, a part of the dual; 0 by default.
 
     Returns:
         The maximiser, and the stocks whose rays start inside the parts that it fills.
     """
-    square = np.zeros_like(start) if square is None else square
-    ascent = _Ascent(program, stocks, cost, start, most, square)
+    quadratic = np.zeros_like(start) if quadratic is None else quadratic
+    ascent = _Ascent(program, stocks, cost, start, ceiling, quadratic)
     if not (program.rows[..., :SECOND_ORDER].any() or cost[..., :SECOND_ORDER].any()):
         ascent.climb(FINE, MOST_COARSE + MOST_FINE)
         return ascent.y, ascent.seen
     ascent.climb(COARSE, MOST_COARSE)
-    if ascent.value > most:
+    if ascent.value > ceiling:
         return ascent.y, ascent.seen
     in_space = any(stock.mirror is None for stock in stocks)
     if not ascent.climb(FINE, MOST_FINE) or not in_space:
         # From inside the parts of the end rays see more, and the same whatever led there.
         ascent.climb(FINE, MOST_FINE)
     return ascent.y, ascent.seen
+
+
+class Filling(NamedTuple):
+    """What Newton's method ends at.
+
+    Attributes:
+        y: multipliers (ρ,).
+        stocks: those whose rays start inside the parts that it fills.
+        forms: matrices (links, 4, 4), positive where matter is.
+        moments: of the matter (links, 4, 4), in units of mass.
+        balances: whether they meet the conditions.
+    """
+
+    y: Array
+    stocks: list[Stock]
+    forms: Array
+    moments: Array
+    balances: bool
+
+
+def fill_by_newton(
+    program: Conditions,
+    stocks: Sequence[Stock],
+    cost: Array,
+    start: Array,
+    ceiling: float = np.inf,
+    quadratic: Array | None = None,
+) -> Filling:
+    """Fill the parts of the maximiser of the dual; see `maximise_dual` for the arguments."""
+    y, seen = maximise_dual(program, stocks, cost, start, ceiling, quadratic)
+    forms = forms_of(program, y, cost)
+    moments = fill_all(program, seen, forms)
+    residual = program.target - conditions_of(program, moments)
+    if quadratic is not None:
+        residual -= quadratic * y
+    balances = float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL
+    return Filling(y, seen, forms, moments, balances)
 
 
 class _Step(NamedTuple):
@@ -143,13 +180,13 @@ class _Ascent:
         stocks: Sequence[Stock],
         cost: Array,
         start: Array,
-        most: float,
-        square: Array,
+        ceiling: float,
+        quadratic: Array,
     ) -> None:
         """Start at multipliers."""
-        self.program, self.stocks, self.cost, self._most = program, stocks, cost, most
+        self.program, self.stocks, self.cost, self._ceiling = program, stocks, cost, ceiling
         self.y, self.seen, self._radius = start, list(stocks), 0.0
-        self.value, self._square = -np.inf, square
+        self.value, self._quadratic = -np.inf, quadratic
 
     def climb(self, rays: int, most: int) -> bool:
         """Take steps until few rays gain no more, or the parts balance; return whether so."""
@@ -193,7 +230,7 @@ class _Ascent:
                 if self.value <= before:
                     # Errors of the integrals are as large as what steps gain.
                     break
-            if self.value > self._most:
+            if self.value > self._ceiling:
                 break
             H = self._curvature(at, rays)
         return float(np.linalg.norm(gradient)) <= COUNTERWEIGHT_RESIDUAL
@@ -217,9 +254,9 @@ class _Ascent:
         forms = forms_of(self.program, y, self.cost)
         moments = fill_all(self.program, self.seen, forms, rays)
         value = float(y @ self.program.target) - float(np.sum(forms * moments))
-        value -= 0.5 * float(self._square @ (y * y))
+        value -= 0.5 * float(self._quadratic @ (y * y))
         gradient = self.program.target - conditions_of(self.program, moments)
-        return value, gradient - self._square * y
+        return value, gradient - self._quadratic * y
 
     def _curvature(self, y: Array, rays: int) -> Array:
         """Compute minus the second derivative of the dual (ρ, ρ)."""
@@ -227,7 +264,7 @@ class _Ascent:
         pairs = zip(self.seen, forms, strict=True)
         S = np.array([second_derivatives(stock, form, rays) for stock, form in pairs])
         H = np.einsum("lri,lij,lsj->rs", rows, S, rows) / self.program.unit
-        return np.asarray(H + np.diag(self._square))
+        return np.asarray(H + np.diag(self._quadratic))
 
 
 def _best_step(H: Array, gradient: Array, radius: float) -> _Step:

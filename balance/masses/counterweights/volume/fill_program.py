@@ -51,6 +51,7 @@ from balance.masses.counterweights.volume.cut_regions import (
 from balance.masses.counterweights.volume.dual_ascent import (
     conditions_of,
     fill_all,
+    fill_by_newton,
     forms_of,
     maximise_dual,
 )
@@ -225,7 +226,7 @@ def fill_least(
 def fill_from_points(
     program: AddedProgram, stocks: Sequence[Stock], functional: Array, prove: bool = True
 ) -> FilledParts | DensityNeeded:
-    """Compute as `fill_least`, by Newton's method from the multipliers of point masses.
+    """Find the least matter, as `fill_least` does, from the multipliers of point masses.
 
     Args:
         program: a program without moments of inertia, and without matter that may be moved.
@@ -236,16 +237,15 @@ def fill_from_points(
     Returns:
         The parts; or, where they do not balance, what bounds the density needed, if anything.
     """
-    # No matter costs more than all that costs something. A dual above that proves that none
-    # of this density balances: h_b(y·A_b) is at most h_b(y·A_b - C_b) + h_b(C_b).
+    # No matter costs more than Σ h_b(C_b). A dual above that proves that none of this density
+    # balances: h_b(y·A_b) is at most h_b(y·A_b - C_b) + h_b(C_b).
     costs = forms_of(program, np.zeros_like(program.target), -program.cost)
-    most = float(np.sum(costs * fill_all(program, stocks, costs, COARSE)))
+    ceiling = float(np.sum(costs * fill_all(program, stocks, costs, COARSE)))
     start = np.asarray(np.linalg.lstsq(program.lift, functional, rcond=None)[0], np.float64)
-    y, seen = maximise_dual(program, stocks, program.cost, start, most)
-    forms = forms_of(program, y, program.cost)
-    moments = fill_all(program, seen, forms)
-    residual = program.target - conditions_of(program, moments)
-    if not float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:
+    y, seen, forms, moments, balances = fill_by_newton(
+        program, stocks, program.cost, start, ceiling
+    )
+    if not balances:
         bare = forms_of(program, y, np.zeros_like(program.cost))
         bound = _density_bound(program, stocks, bare, float(y @ program.target))
         return DensityNeeded(np.inf, bound, y, [])

@@ -83,3 +83,26 @@ def test_no_more_further_links_are_named_than_are_needed():
     for link in fewest.links:
         less = [name for name in links if name != link]
         assert balance.counterweights(space, less, relax=False).verdict == "infeasible"
+
+
+@pytest.mark.parametrize(("moment", "alike"), [("0.003", True), ("0.009", False)])
+def test_moments_of_inertia_tell_links_of_a_plane_apart(moment, alike):
+    """Those normal to the plane: the second moment of mass along the axes stays the same."""
+    inertial = (
+        '<inertial><origin xyz="0 0.25 0"/><mass value="0.5"/>'
+        '<inertia ixx="{0}" iyy="{0}" izz="{1}" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    sketch = balance.studies.linkage_from_sketch(
+        "A=0,0; B=0,0.5; C=1,0.5; D=1,0", "crank=A,B; coupler=B,C; rocker=D,C"
+    )
+    text = sketch.to_urdf().decode()
+    # Ixx + Iyy - Izz, twice the second moment along z, is 0.001 in both.
+    thick = f"{(float(moment) + 0.001) / 2:.6g}"
+    for link, izz, across in (("crank", "0.003", "0.002"), ("rocker", moment, thick)):
+        text = text.replace(
+            f'<link name="{link}"/>',
+            f'<link name="{link}">{inertial.format(across, izz)}</link>',
+        )
+    assert text.count("<inertial>") == 2
+    classes = names_alike(balance.load(text.encode()))
+    assert ({"crank", "rocker"} in classes) is alike

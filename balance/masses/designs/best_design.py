@@ -290,11 +290,9 @@ def design(
     A limit of density makes bodies be those that a material allows: a homogeneous ellipsoid of
     at most this density has the inertia of the body, or, in a plane, an elliptic plate of the
     thickness; see `balance.masses.designs.density`. Other solids of the same inertia are less
-    compact and need less density in places only. Without an objective the design is that of
-    the least change, if all bodies of the file have mass and extent; otherwise, and without
-    limits of density, it is that of the largest margin, with the total mass of the file. Small
-    changes of heavy links are large ones of light links, which may become lighter than can be
-    built: see ``Design.lighter_than_air``; ``bounds`` and ``keep`` hold their masses.
+    compact. Without an objective the design is that of the least change, if all bodies of the
+    file have mass and extent; else, and without limits of density, that of the largest margin,
+    with the mass of the file. Links may become ``lighter_than_air``: ``bounds`` hold them.
 
     Args:
         space: a design space, or a linkage, its path or its name.

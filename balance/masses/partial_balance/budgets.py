@@ -357,7 +357,8 @@ def _result(
     best: LeastShaking,
 ) -> PartialBalance:
     """Describe a minimiser."""
-    gap = (best.value - best.bound) / problem.program.scale
+    # Integrals over rays have errors of both signs.
+    gap = abs(best.value - best.bound) / problem.program.scale
     taken = problem.program.taken
     placed = best.s + removed_by(problem.program, best.shares)
     if problem.shapes:

@@ -85,7 +85,6 @@ NEWTON_STARTS = 1e-2
 # The multiplier of t is 1 at a minimum, and 0 in a certificate that there is none.
 MULTIPLIER_HALF = 0.5
 
-
 NO_FORMS = freeze(np.empty((0, 4, 4)))
 
 
@@ -248,10 +247,9 @@ class _Work:
         Returns:
             Coordinates s (count,); None for other programs, and where the budget has no price.
         """
-        program = self.program
         if not self._is_plain_filling:
             return None
-        self.gap = NEWTON_STARTS
+        program, self.gap = self.program, NEWTON_STARTS
         s = self.solve(None)
         self.gap = LEAST_SHAKING_GAP_FILLED
         if s is None or self.price * self.room <= NEWTON_STARTS * self.scale:
@@ -259,9 +257,11 @@ class _Work:
         filled = fill_budget(program, self.budget, program.load(s), self.price)
         if filled is None:
             return None
-        self.u = program.load(filled.s) / program.value(filled.s)
+        value = program.value(filled.s)
+        self.u = program.load(filled.s) / value
         self.price, self.forms = filled.price, filled.forms
-        return filled.s
+        # Less than what its multipliers prove is an error of integrals over rays.
+        return filled.s if value >= self.bound() - LEAST_SHAKING_GAP * self.scale else None
 
     def polish(self, s: Array) -> tuple[Array, Array]:
         """Find the lightest matter that leaves nothing to shake, from matter nearly as light.

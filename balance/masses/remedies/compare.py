@@ -192,7 +192,10 @@ class RemedyComparison(WithPage, WithPicture):
         """
         if self.balanced:
             return "feasible"
-        if all(applied.verdict == "partial" for applied in self.results):
+        if all(
+            applied.verdict == "partial" and applied.remedy not in TORQUE_ALONE
+            for applied in self.results
+        ):
             return "partial"
         open_ones = any(applied.verdict == "undecided" for applied in self.results)
         return "undecided" if open_ones else "infeasible"

@@ -242,6 +242,9 @@ class Plan:
             if all(np.array_equal(part[0], part[-1], equal_nan=True) for part in parts):
                 problem = "moves nothing: no joint, link or loop of the model changes with it"
                 remedy = "leave it out, or use it in a relation"
+                if name in self._heavy:
+                    problem = "changes masses, on which no quantity of the study depends"
+                    remedy = "compute shaking or counterweights, or leave it out"
                 raise self._fault("parameters", name, problem, remedy)
 
     @property

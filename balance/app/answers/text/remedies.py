@@ -128,8 +128,11 @@ def remedies_sentence(comparison: RemedyComparison) -> str:
     else:
         none = "none of these remedies balances the linkage"
     practice = _in_practice(comparison)
-    if practice and comparison.verdict == "partial":
-        return f"{practice.removesuffix('; ')}."
+    if comparison.verdict == "partial":
+        first = comparison.by_preference[0]
+        cost = f"{first.added_text} added; shaking left: {_shaking_text(first)}"
+        heavy = f"{first.short[0].upper()}{first.short[1:]} ({cost})"
+        return f"{practice.removesuffix('; ') or heavy}."
     return f"{practice or none[0].upper()}{none if practice else none[1:]}."
 
 

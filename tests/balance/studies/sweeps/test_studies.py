@@ -40,7 +40,7 @@ BAD = {
     "no range": ({"parameters": {"q2.origin.x": "0.1 to 0.3"}}, "is no grid"),
     "nothing varies": ({"parameters": {}}, "nothing varies"),
     "moves nothing": ({"parameters": X | {"free": "0:1:3"}}, "free: names no joint"),
-    "mass of no use": ({"parameters": {"coupler.mass": [1.0, 2.0]}}, "moves nothing"),
+    "mass of no use": ({"parameters": {"coupler.mass": [1.0, 2.0]}}, "changes masses"),
     "unused in effect": ({"parameters": {"free": "0:1:3"},
                           "relations": {"q2.origin.x": "0.1 + 0*free"}}, "moves nothing"),
     "circle": ({"parameters": X, "relations": {"q4.origin.x": "q4.origin.y",

@@ -115,7 +115,7 @@ def _add_outputs(parser: Parser) -> None:
         help="write the row of least COLUMN (max:COLUMN: largest)",
     )
     output.add_argument(
-        "--out", metavar="FILE.db", help="the results (default: ./MODEL.db; STUDY.db beside it)"
+        "--out", metavar="FILE.db", help="results (default: ./MODEL.db; STUDY.db beside it)"
     )
     output.add_argument(
         "--write-study", metavar="FILE.toml", help="write the options as a study to edit"
@@ -123,7 +123,7 @@ def _add_outputs(parser: Parser) -> None:
 
 
 def _compute(arguments: argparse.Namespace) -> Answer:
-    """Compute the study of the options, and make what it is to write.
+    """Compute the study of the options, and write its files.
 
     Raises:
         LinkageError: the study, its model or the file cannot be used, or workers fail.

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import balance
+from balance.app.answers.text.sweep import show_data
 from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.shaking_wrench import mass_parameters
 from balance.motion.verification.verify_motions import PinocchioModel
@@ -337,3 +338,14 @@ def test_a_column_without_numbers_has_no_best_row(name):
         pytest.raises(UsageError, match=f"rows: .*column '{name}'"),
     ):
         best_row(file, name, False)
+
+
+def test_round_off_is_no_order_and_has_no_best_row():
+    columns = Column("x", "real"), Column("y", "real"), Column("closed", "integer")
+    job = SweepJob("d", json.dumps({}), columns, 2, 2)
+    given = {"x": np.ones(2), "y": np.array([1e-14, 2e-14]), "closed": np.ones(2, dtype=int)}
+    with ResultsFile.in_memory("rows", job, given) as file:
+        best = best_row(file, "y", False)
+        assert best.row is None and "zero up to round-off in all rows" in best.why_none
+        with pytest.raises(UsageError, match="--sort y: it is round-off in all rows"):
+            show_data(file, "y", False, 2)

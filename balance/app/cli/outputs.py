@@ -258,6 +258,20 @@ def write_outputs(arguments: argparse.Namespace, answer: Answer) -> None:
         raise
 
 
+def check_file_folders(arguments: argparse.Namespace) -> None:
+    """Refuse output files whose folder does not exist, before any work.
+
+    Raises:
+        FileError: there is no such folder.
+    """
+    from kinematics.error_text import clean
+
+    for name, path in _output_paths(arguments).items():
+        if not os.path.isdir(os.path.dirname(os.path.abspath(path))):
+            problem = f"{OUTPUTS[name]}: its folder does not exist"
+            raise FileError(clean(path, 1000), "", problem, "create it, or give another file")
+
+
 def check_folder(folder: str, option: str = "--out") -> None:
     """Refuse a folder for output that cannot be made, before any work.
 

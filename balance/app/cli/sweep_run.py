@@ -10,17 +10,17 @@ import argparse
 import logging
 import os
 import shlex
-from collections.abc import Callable, Mapping
-from itertools import count
+from collections.abc import Mapping
+from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser, Verbs
 from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.number_arguments import add_workers
-from balance.app.cli.outputs import add_table_option, describe_written
+from balance.app.cli.outputs import add_table_option, check_file_folders, describe_written
 from balance.app.cli.progress import progress_bar
 from balance.app.cli.sweep_export import export_table, row_file
 from balance.app.cli.sweep_study import (
@@ -62,6 +62,12 @@ class BestFile(str):
 
     column: str
     largest: bool
+
+    def __new__(cls, path: str, column: str, largest: bool) -> Self:
+        """Make the path, with what says which row is the best."""
+        file = super().__new__(cls, path)
+        file.column, file.largest = column, largest
+        return file
 
 
 def add_run(kinds: Verbs) -> None:
@@ -108,14 +114,16 @@ def _add_outputs(parser: Parser) -> None:
         metavar="COLUMN=FILE.urdf",
         help="write the row of least COLUMN (max:COLUMN: largest)",
     )
-    output.add_argument("--out", metavar="FILE.db", help="the results (default: MODEL.db)")
+    output.add_argument(
+        "--out", metavar="FILE.db", help="results (default: ./MODEL.db; STUDY.db beside it)"
+    )
     output.add_argument(
         "--write-study", metavar="FILE.toml", help="write the options as a study to edit"
     )
 
 
 def _compute(arguments: argparse.Namespace) -> Answer:
-    """Compute the study of the options, and make what it is to write.
+    """Compute the study of the options, and write its files.
 
     Raises:
         LinkageError: the study, its model or the file cannot be used, or workers fail.
@@ -126,46 +134,50 @@ def _compute(arguments: argparse.Namespace) -> Answer:
     job = job_of_options(arguments)
     if arguments.best is not None:
         _check_column(job, arguments.best.column)
+    check_file_folders(arguments)
+    study = "" if arguments.write_study is None else study_of_options(arguments)
     from balance.app.answers.text.sweep_run import run_body, run_data
+    from balance.support.atomic_files import write_all_atomic
 
-    files: dict[str, Callable[[], str | bytes]] = {}
     with _open_results(arguments, job) as file:
+        if study:
+            write_all_atomic([(arguments.write_study, study.encode())])
         summary = _compute_chunks(arguments, job, file)
-        best, content = _best_of(arguments, file)
+        best = _write_best(arguments, file)
         data = run_data(file, summary, best)
+        lines = _next_lines(arguments, file, data)
         if arguments.table is not None:
             with progress_bar("rows", True) as advance:
                 export_table(file, arguments.table, advance)
-    if arguments.write_study is not None:
-        files["write_study"] = lambda: study_of_options(arguments)
     no_best = best is not None and best["row"] is None
-    if best is not None and not no_best:
-        files["best"] = lambda: content
-    lines = _next_lines(arguments, data)
     return Answer(
         NEGATIVE if no_best or not data["answered"] else DONE,
         lambda: data,
-        lambda: run_body(data, lines),
+        lambda: run_body(data, lines, is_study(arguments)),
         remark=describe_written(arguments, True, without=("out", *["best"] * no_best)),
-        files=lambda: files,
     )
 
 
-def _best_of(arguments: argparse.Namespace, file: ResultsFile) -> tuple[Data | None, bytes]:
-    """Find the row of ``--best``, and make its file.
+def _write_best(arguments: argparse.Namespace, file: ResultsFile) -> Data | None:
+    """Find the row of ``--best``, and write its file.
 
     Returns:
-        What `run_data` takes, None if no best row is asked for; and the file.
+        What `run_data` takes; None if no best row is asked for.
     """
     if arguments.best is None:
-        return None, b""
+        return None
     from balance.studies.runs.best_row import best_row
+    from balance.support.atomic_files import write_all_atomic
 
     column, largest = arguments.best.column, arguments.best.largest
     best = best_row(file, column, largest)
-    content, added = (b"", "") if best.row is None else row_file(file, best.row, column)
-    data = {"column": column, "largest": largest, **best._asdict(), "added": added or None}
-    return {**data, "file": None if best.row is None else str(arguments.best)}, content
+    path, added = None, ""
+    if best.row is not None:
+        path = str(arguments.best)
+        content, added = row_file(file, best.row, column)
+        write_all_atomic([(path, content)])
+    given = {"column": column, "largest": largest, **best._asdict()}
+    return {**given, "added": added or None, "file": path}
 
 
 def _compute_chunks(
@@ -209,10 +221,12 @@ def _open_results(arguments: argparse.Namespace, job: SweepJob) -> ResultsFile:
         path = arguments.out or str(model.with_suffix(".db"))
         return (ResultsFile.resume if arguments.resume else ResultsFile.create)(path, job)
     names = (f"{model.stem}{f'-{k}' if k > 1 else ''}.db" for k in count(1))
-    return ResultsFile.resume(next(path for path in names if _may_hold(path, job)), job)
+    return ResultsFile.resume(
+        next(path for path in names if _is_free_or_same_job(path, job)), job
+    )
 
 
-def _may_hold(path: str, job: SweepJob) -> bool:
+def _is_free_or_same_job(path: str, job: SweepJob) -> bool:
     """Whether a path is free, or is that of results of the same job."""
     from balance.studies.runs.results_file import ResultsFile
 
@@ -240,20 +254,27 @@ def _check_column(job: SweepJob, name: str) -> None:
         )
 
 
-def _next_lines(arguments: argparse.Namespace, data: Mapping[str, Any]) -> list[str]:
+def _next_lines(
+    arguments: argparse.Namespace, file: ResultsFile, data: Mapping[str, Any]
+) -> list[str]:
     """List commands that lead on from the results.
 
     Args:
         data: from `balance.app.answers.text.sweep_run.run_data`.
     """
+    from balance.app.answers.text.sweep import REASON
+
     path, best = shlex.quote(data["file"]), data["best"]
     lines = []
     if best is not None and best["row"] is not None:
         crank, speed = arguments.speed or ("", "")
-        turn = f" --speed {f'{crank}=' if crank else ''}{speed} --about 0,0,0" * bool(speed)
+        motion = shlex.quote(f"{crank}={speed}" if crank else speed)
+        turn = f" --speed {motion} --about 0,0,0" * bool(speed)
         lines.append(f"balance verify {shlex.quote(best['file'])}{turn}")
     elif data["answered"]:
-        lines.append(f"balance sweep export {path} --row 0 --out row.urdf")
+        rows = chain.from_iterable(file.batches([REASON]))
+        row = next(row for row, reason in rows if not reason)
+        lines.append(f"balance sweep export {path} --row {row} --out row.urdf")
     page = shlex.quote(str(Path(data["file"]).with_suffix(".html")))
     if any(column["name"] == "closed" and column["most"] for column in data["columns"]):
         lines.append(f"balance sweep show {path} --html {page}")
@@ -268,13 +289,11 @@ def _best_file(text: str) -> BestFile:
     Raises:
         ArgumentTypeError: it is neither.
     """
-    name, _, path = text.rpartition("=")
+    name, _, path = text.partition("=")
     largest = name.startswith(LARGEST)
     column = name.removeprefix(LARGEST).strip()
     if not column or not path.lower().endswith(".urdf"):
         raise argparse.ArgumentTypeError(
             f"'{text}' is not COLUMN=FILE.urdf, such as added_mass=best.urdf"
         )
-    file = BestFile(path)
-    file.column, file.largest = column, largest
-    return file
+    return BestFile(path, column, largest)

@@ -42,14 +42,8 @@ MODEL_KEYS: dict[str, Any] = {
 }
 # Other options that a study has entries for.
 STUDY_OPTIONS = ("vary", "compute", "counterweights", "reduce", "budget", "speed", "entries")
-# What a message of a study calls an option.
-NAMED_BY_STUDY = {
-    "[parameters]": "--vary",
-    "[compute] counterweights": "--counterweights",
-    "[compute] reduce": "--reduce",
-    "[compute] shaking": "--speed",
-    "[compute]": "--compute",
-}
+# Options that are tables of a study.
+TABLE_OPTIONS = {"parameters": "--vary", "compute": "--compute"}
 # Quantities that need more than their name, and the option with it.
 NEEDED = {
     "counterweights": "--counterweights crank,rocker",
@@ -86,7 +80,7 @@ def add_study_options(parser: Parser) -> None:
     )
     budget = study.add_argument(
         "--budget",
-        type=_checked(positive_quantity("mass")),
+        type=_text_that(positive_quantity("mass")),
         metavar="KG",
         help="with --reduce: most mass to add",
     )
@@ -145,10 +139,11 @@ def check_study_options(arguments: argparse.Namespace) -> None:
     if twice := [path for path in paths if paths.count(path) > 1]:
         arguments.refuse(f"--vary {twice[0]} is given twice: give all its values in one")
     for name, option in NEEDED.items():
-        options = [key for key, _ in arguments.entries if key.startswith(f"compute.{name}.")]
-        if name in arguments.compute and getattr(arguments, _source(name)) is None:
-            if not options:
-                arguments.refuse(f"--compute {name}: it needs {option}")
+        has_option = getattr(arguments, _source(name)) is not None or any(
+            f"{key}.".startswith(f"compute.{name}.") for key, _ in arguments.entries
+        )
+        if name in arguments.compute and not has_option:
+            arguments.refuse(f"--compute {name}: it needs {option}")
 
 
 def _source(quantity: str) -> str:
@@ -172,7 +167,7 @@ def job_of_options(arguments: argparse.Namespace) -> SweepJob:
             check_units(study.model.load(), arguments.at)
         return study.job(yes=arguments.yes)
     except FileError as error:
-        raise _with_options(error) from None
+        raise _with_options(error, arguments) from None
 
 
 def study_of_options(arguments: argparse.Namespace) -> str:
@@ -209,7 +204,8 @@ def _tables(arguments: argparse.Namespace) -> Tables:
         compute["shaking"] = {"speed": speed} | ({"crank": crank} if crank else {})
     tables: Tables = {"model": model, "parameters": dict(arguments.vary), "compute": compute}
     for key, value in arguments.entries:
-        _enter(tables, key, value)
+        if problem := _enter(tables, key, value):
+            arguments.refuse(f"--set {clean(key)}: {clean(problem)}")
     return tables
 
 
@@ -224,24 +220,50 @@ def _quantities(arguments: argparse.Namespace) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _enter(tables: Tables, key: str, value: Any) -> None:
-    """Put the value of ``--set`` into the tables; an option of a quantity into its table."""
+def _enter(tables: Tables, key: str, value: Any) -> str:
+    """Put the value of ``--set`` into the tables; an option of a quantity into its table.
+
+    Returns:
+        Why it cannot be put there; empty if it is.
+    """
+    from balance.studies.sweeps.quantities import NAMES
+
     name, _, entry = key.partition(".")
     table = tables.setdefault(name, {})
     quantity, dot, option = entry.rpartition(".")
     if name == "compute" and dot:
-        table = table.setdefault(quantity, {})
-        entry = option
+        table, entry = table.setdefault(quantity, {}), option
+        if not isinstance(table, dict):
+            what = "a list" if isinstance(table, list) else "a single value"
+            return f"compute.{quantity} is {what}, and has no entries"
+    elif name == "compute" and entry in NAMES and not isinstance(value, dict):
+        return f"it is a table of options: set one of them, --set {key}.OPTION=VALUE"
     table[entry] = value
+    return ""
 
 
-def _with_options(error: FileError) -> FileError:
+def _with_options(error: FileError, arguments: argparse.Namespace) -> FileError:
     """Name the options in place of the tables in the fault of a study."""
-    for table, option in NAMED_BY_STUDY.items():
-        if error.element.startswith(table):
-            element = f"{option}{error.element.removeprefix(table)}"
-            return FileError(error.file, element, error.problem, error.remedy)
-    return error
+    head, _, entry = error.element.partition("]")
+    table, entry = head.removeprefix("["), entry.strip()
+    key = f"{table}.{entry}"
+    given = {
+        f"compute.{name}": f"--{_source(name)}"
+        for name in NEEDED
+        if getattr(arguments, _source(name)) is not None
+    }
+    keys = [each for each, _ in arguments.entries]
+    beside = entry not in _quantities(arguments)
+    beneath = beside and any(each.startswith(f"{key}.") for each in keys)
+    if key in keys or beneath or (table == "compute" and "." in entry):
+        element = f"--set {key}"
+    elif key in given:
+        element = given[key]
+    elif table in TABLE_OPTIONS:
+        element = f"{TABLE_OPTIONS[table]} {entry}".rstrip()
+    else:
+        return error
+    return FileError(error.file, element, error.problem, error.remedy)
 
 
 def _vary_text(arguments: argparse.Namespace) -> str:
@@ -272,11 +294,11 @@ def _vary_text(arguments: argparse.Namespace) -> str:
     )
 
 
-def _checked(read: Callable[[str], object]) -> Callable[[str], str]:
+def _text_that(can_be_read: Callable[[str], object]) -> Callable[[str], str]:
     """Build an argparse type that keeps the words which another one can read."""
 
     def keep(text: str) -> str:
-        read(text)
+        can_be_read(text)
         return text
 
     return keep

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from balance.studies.runs.column_ranges import column_ranges
 from balance.studies.runs.results_file import ResultsFile
+from kinematics.errors import UsageError
 
 # Column of a sweep that says whether the loops of a row close; 0 if they do not.
 CLOSED = "closed"
@@ -40,14 +41,16 @@ def best_row(file: ResultsFile, name: str, largest: bool) -> BestRow:
     Raises:
         UsageError: there is no such column of numbers.
     """
-    extent = next(each for each in column_ranges(file) if each.column == file.column(name))
-    if extent.round_off:
+    ranges = {each.column.name: each for each in column_ranges(file)}
+    if file.column(name).name not in ranges:
+        raise UsageError(f"{file.path}: column '{name}' has texts: name one of numbers")
+    if ranges[name].round_off:
         return BestRow(None, None, f"{name} is zero up to round-off in all rows")
     best: float | None = None
     first = file.rows
     for rows in file.batches([name, CLOSED], name, largest):
-        closed = [(row, value) for row, value, closed in rows if closed and value is not None]
-        for row, value in closed:
+        valued = [(row, value) for row, value, closed in rows if closed and value is not None]
+        for row, value in valued:
             best = value if best is None else best
             if abs(value - best) > EQUAL * abs(best):
                 return BestRow(first, best)

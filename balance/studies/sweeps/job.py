@@ -161,11 +161,11 @@ class SweepJob:
         geometry = self._geometry(row)
         quantities = _plan_of(self.description).study.quantities
         first = masses_of_column(quantities, geometry.linkage, column)
-        verbs = [verb for verb in WITH_MASSES if verb in quantities]
-        for verb in sorted(verbs, key=lambda verb: verb != first):
-            z, _ = masses_after(geometry, verb, quantities[verb])
+        names = [name for name in WITH_MASSES if name in quantities]
+        for name in sorted(names, key=lambda name: name != first):
+            z, _ = masses_after(geometry, name, quantities[name])
             if z is not None:
-                return _with_masses(geometry.linkage, z), verb
+                return _with_masses(geometry.linkage, z), name
         return geometry.linkage, ""
 
     def _geometry(self, row: int) -> SweptGeometry:

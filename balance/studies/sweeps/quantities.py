@@ -95,10 +95,10 @@ def read_quantities(table: Options, source: str) -> dict[str, Options]:
                     remedy = f'add "{name}" to quantities, or write [compute."{after}"]'
             raise _fault(source, name, problem, remedy)
     for name in names:
-        verb = added_before(name)
-        if verb and verb not in names:
-            remedy = f'add "{verb}" to quantities, and its links'
-            raise _fault(source, name, f"{verb} is not computed", remedy)
+        quantity = added_before(name)
+        if quantity and quantity not in names:
+            remedy = f'add "{quantity}" to quantities, and its links'
+            raise _fault(source, name, f"{quantity} is not computed", remedy)
     return {name: _read_options(name, _given(name, table), source) for name in names}
 
 
@@ -122,13 +122,17 @@ def _given(name: str, table: Options) -> Any:
 
     After matter is added they are those before by default, and then the motion of what adds it.
     """
-    given, verb = table.get(name, {}), added_before(name)
-    if given != {} or not verb:
+    given, quantity = table.get(name, {}), added_before(name)
+    if given != {} or not quantity:
         return given
-    before = table.get(name.removesuffix(f" after {verb}"), {})
-    if before != {} or not name.startswith("shaking") or not isinstance(table.get(verb), dict):
+    before = table.get(name.removesuffix(f" after {quantity}"), {})
+    if (
+        before != {}
+        or not name.startswith("shaking")
+        or not isinstance(table.get(quantity), dict)
+    ):
         return before
-    return {key: value for key, value in table[verb].items() if key in MOTION_OPTIONS}
+    return {key: value for key, value in table[quantity].items() if key in MOTION_OPTIONS}
 
 
 def full_options(quantities: Mapping[str, Options], name: str) -> Options:
@@ -137,8 +141,10 @@ def full_options(quantities: Mapping[str, Options], name: str) -> Options:
     Args:
         quantities: those of `read_quantities`.
     """
-    verb = added_before(name)
-    return {**quantities[name], verb: quantities[verb]} if verb else quantities[name]
+    quantity = added_before(name)
+    return (
+        {**quantities[name], quantity: quantities[quantity]} if quantity else quantities[name]
+    )
 
 
 def check_quantities(quantities: Mapping[str, Options], linkage: Linkage, source: str) -> None:

@@ -166,23 +166,23 @@ def inertia(geometry: SweptGeometry, options: Options) -> tuple[float, ...]:
     return tuple(input_inertia(geometry.linkage, options.get(MASSES)).values())
 
 
-def _after(quantity: Quantity, verb: str) -> Quantity:
+def _after(quantity: Quantity, adding: str) -> Quantity:
     """Make the same quantity of the masses with the matter that another quantity adds.
 
     Where that finds none, there is no value.
 
     Args:
-        verb: the other quantity, of `AFTER`.
+        adding: the other quantity, of `AFTER`.
     """
 
     def columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
         return tuple(
-            replace(column, name=f"{column.name}_{AFTER[verb].ending}")
+            replace(column, name=f"{column.name}_{AFTER[adding].ending}")
             for column in quantity.columns(linkage, options)
         )
 
     def compute(geometry: SweptGeometry, options: Options) -> Sequence[Any]:
-        z = masses_after(geometry, verb, options[verb])[0]
+        z = masses_after(geometry, adding, options[adding])[0]
         if z is None:
             return [np.nan] * len(quantity.columns(geometry.linkage, options))
         return quantity.compute(geometry, {**options, MASSES: z})
@@ -331,7 +331,8 @@ def _shaking_of_masses(geometry: SweptGeometry, options: Options) -> tuple[float
 def _sizes_along(linkage: Linkage, way: Trajectory, z: Array | None) -> Array:
     """Compute the sizes of shaking force and moment along a motion (2, N).
 
-    What round-off decides beside the loads of the bodies is 0.
+    Sizes up to SIZE_DETERMINED of the largest sum of those of the bodies are round-off, and
+    are set to 0.
     """
     loads = np.stack(np.split(body_wrenches_along(linkage, way, z), 2, axis=2)[::-1])
     sizes = np.linalg.norm(loads.sum(axis=2), axis=2)
@@ -432,8 +433,8 @@ AFTER = {
 WITH_MASSES = (*AFTER, DESIGN)
 """Quantities that give a row other masses; the file of a row has those of the first."""
 QUANTITIES |= {
-    f"{name} after {verb}": _after(QUANTITIES[name], verb)
-    for verb in AFTER
+    f"{name} after {quantity}": _after(QUANTITIES[name], quantity)
+    for quantity in AFTER
     for name in ("input_inertia", "shaking")
 }
 """Quantities that are computed geometry by geometry, by name."""
@@ -445,12 +446,12 @@ MASS_QUANTITIES = (
 
 
 def masses_after(
-    geometry: SweptGeometry, verb: str, options: Options
+    geometry: SweptGeometry, quantity: str, options: Options
 ) -> tuple[Array | None, str]:
     """Compute the parameters (bodies, 10) of a design, or with the matter that is added.
 
     Args:
-        verb: the quantity, of `WITH_MASSES`.
+        quantity: the quantity, of `WITH_MASSES`.
         options: its options.
 
     Returns:
@@ -460,14 +461,14 @@ def masses_after(
     Raises:
         LinkageError: see `balance.counterweights`, `balance.partial` and `balance.design`.
     """
-    if verb == DESIGN:
+    if quantity == DESIGN:
         designed = _design_of(geometry, options)
         return designed.z, designed.words
-    answer = AFTER[verb].answer(geometry, _arguments(options))
+    answer = AFTER[quantity].answer(geometry, _arguments(options))
     return answer.z, answer.words
 
 
 def added_before(name: str) -> str:
     """Name the quantity after which one is computed; empty for others."""
-    verb = name.rpartition(" after ")[2]
-    return verb if verb in AFTER and verb != name else ""
+    quantity = name.rpartition(" after ")[2]
+    return quantity if quantity in AFTER and quantity != name else ""

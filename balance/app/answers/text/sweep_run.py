@@ -57,23 +57,24 @@ def run_data(file: ResultsFile, summary: RunSummary, best: Data | None) -> Data:
     }
 
 
-def run_body(run: Data, lines: Sequence[str]) -> AnswerBody:
+def run_body(run: Data, lines: Sequence[str], of_study: bool) -> AnswerBody:
     """Build what is printed on a run: facts, the rows, and commands that lead on.
 
     Args:
         run: from `run_data`.
         lines: the commands.
+        of_study: whether the request is the file of a study, whose entries change it.
     """
     units = [column["unit"] for column in run["columns"]]
     facts = [*file_facts(run), *_progress_facts(run), *moment_facts(units)]
     equal = [_equal_text(column) for column in run["columns"] if _is_equal(column)]
     if equal and run["results"] > 1:
         facts.append(("in all rows", ", ".join(equal)))
-    facts += [*idle_columns(run["columns"]), *_growth_facts(run), *_mass_facts(run)]
+    facts += [*idle_columns(run["columns"]), *_growth_facts(run), *_mass_facts(run, of_study)]
     facts += _best_facts(run)
     body: list[AnswerPart] = [Facts(facts)]
     if not run["answered"]:
-        body[:0] = [_no_answer_text(run), ""]
+        body[:0] = [_no_answer_text(run, of_study), ""]
     if run["table"]:
         shown = [column for column in run["columns"] if _is_shown(column, run["results"])]
         body += ["", _table(run, shown)]
@@ -115,15 +116,19 @@ def _growth_facts(run: Data) -> list[tuple[str, str]]:
     return pairs
 
 
-def _mass_facts(run: Data) -> list[tuple[str, str]]:
+def _mass_facts(run: Data, of_study: bool) -> list[tuple[str, str]]:
     """Say that masses stay where lengths alone vary, and how they follow them."""
     names = [column["name"] for column in run["columns"]]
     links = [name.removesuffix(".length") for name in names if name.endswith(".length")]
     follow = any(re.search(r"\.(mass|mass_per_length|com\.\w|inertia\.\w+)$", x) for x in names)
     if not links or follow:
         return []
-    text = f"those of the file at every length; --vary {links[0]}.mass_per_length=2.5 (kg/m) "
-    return [("masses", f"{text}makes a bar of {links[0]} whose mass follows its length")]
+    entry = f"{links[0]}.mass_per_length"
+    remedy = (
+        f"the entry {entry} (kg/m) of [parameters]" if of_study else f"--vary {entry}=KG_PER_M"
+    )
+    text = f"{remedy} makes a bar of {links[0]} whose mass follows its length"
+    return [("masses", f"those of the file at every length; {text}")]
 
 
 def _progress_facts(run: Data) -> list[tuple[str, str]]:
@@ -178,16 +183,18 @@ def _best_facts(run: Data) -> list[tuple[str, str]]:
         return [("best", f"none: {best['why_none']}{remedy}")]
     which = "largest" if best["largest"] else "least"
     row = f"row {best['row']}, {which} {best['column']} {cell_text(best['value'])}"
-    if run["results"] > 1 and best["column"] not in varying_numbers(run["columns"]):
-        row += ", as all rows"
+    column = next(each for each in run["columns"] if each["name"] == best["column"])
+    if run["results"] - column["missing"] > 1 and not column["varies"]:
+        row += ", as all rows that have one" if column["missing"] else ", as all rows"
     return [("best", f"{row}: {best['file']}, with {masses_text(best['added'])}")]
 
 
-def _no_answer_text(run: Data) -> str:
+def _no_answer_text(run: Data, of_study: bool) -> str:
     """Say that no row has all answers, and what helps."""
     words = str(run["reasons"][0]["reason"]) if run["reasons"] else ""
     if not any(column["name"] == "closed" and column["most"] for column in run["columns"]):
         return "No geometry closes its loops: vary less, or about the lengths of the model."
     dynamic = words.startswith(("counterweights: ", "design: ")) and "moment" in words
-    remedy = " --balance force asks for the shaking force alone." if dynamic else ""
+    option = 'balance = "force" of [compute]' if of_study else "--balance force"
+    remedy = f" {option} asks for the shaking force alone." if dynamic else ""
     return f"No row has all answers: {words}.{remedy}"

@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shlex
 import tomllib
 
 import numpy as np
 import pytest
 
 import balance
+from balance.app.answers.text.sweep import show_data
 from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.shaking_wrench import mass_parameters
 from balance.motion.verification.verify_motions import PinocchioModel
@@ -19,6 +21,7 @@ from balance.studies.runs.chunk_job import Column
 from balance.studies.runs.results_file import ResultsFile
 from balance.studies.sweeps.job import SweepJob
 from balance.studies.sweeps.study_text import study_text
+from kinematics.errors import UsageError
 from tests.fuzz.random_requests import asked, strict, validator
 
 pytestmark = pytest.mark.lanes
@@ -100,11 +103,11 @@ def test_the_best_row_is_a_file_that_shakes_so(folder):
 
 
 @pytest.mark.slow
-def test_what_is_zero_everywhere_has_no_best_row(folder):
+def test_what_is_zero_everywhere_is_equal_in_all_rows(folder):
     words = ["sweep", "run", *OPTIONS, "--best", "rms_force_after=best.urdf", *BESIDE]
     done = asked(words)
-    assert done.code == 1 and not (folder / "best.urdf").exists()
-    assert "none: rms_force_after is zero up to round-off in all rows; --best takes" in done.out
+    assert done.code == 0 and (folder / "best.urdf").is_file()
+    assert "row 0, least rms_force_after 0, as all rows: best.urdf, with" in done.out
     assert "in all rows  closed 1, counterweights feasible" in done.out
     head, units = done.out.partition("\nrow ")[2].splitlines()[:2]
     assert "rms_moment_after" in head and "peak_force_after" not in head
@@ -166,6 +169,58 @@ def test_no_counterweights_say_what_helps(folder):
     assert "--balance force asks for the shaking force alone" in done.out
 
 
+SOME_CLOSE = ("four_bar_general", "--vary", "coupler.length=0.01:1.2:3")
+
+
+def test_commands_that_lead_on_can_be_run(folder):
+    """The first row has no linkage, the second no shaking, and the speed has a blank."""
+    done = asked(["sweep", "run", *SOME_CLOSE, "--speed", "u1=300 rpm", *BESIDE])
+    command = re.search("Next: balance (sweep export .*)", done.out)[1]
+    assert command == "sweep export four_bar_general.db --row 2 --out row.urdf"
+    assert asked(shlex.split(command)).code == 0 and (folder / "row.urdf").is_file()
+    best = ["--speed", "u1=300 rpm", "--best", "rms_moment=v=1.urdf"]
+    done = asked(["sweep", "run", *SOME_CLOSE, *best, *BESIDE])
+    command = re.search("Next: balance (verify .*)", done.out)[1]
+    assert command == "verify v=1.urdf --speed 'u1=300 rpm' --about 0,0,0"
+    assert asked(shlex.split(command)).code == 1 and (folder / "v=1.urdf").is_file()
+
+
+@pytest.mark.parametrize(
+    ("lengths", "column", "text"),
+    [
+        ("0.01:1.2:3", "rms_moment", ": b.urdf"),
+        ("0.01,0.9,1.0", "rank", ", as all rows that have one: b.urdf"),
+        ("0.9,1.0", "rank", ", as all rows: b.urdf"),
+        ("0.9,1.0", "rms_moment", ": b.urdf"),
+    ],
+)
+def test_the_best_of_equal_rows(folder, lengths, column, text):
+    """One row alone with a value is like no other."""
+    words = ["four_bar_general", "--vary", f"coupler.length={lengths}", "--speed", "300rpm"]
+    best = ["--compute", "rank", "--best", f"{column}=b.urdf"]
+    done = asked(["sweep", "run", *words, *best, *BESIDE])
+    assert re.search(rf"least {column} [\d.]+{text}", done.out), done.out
+
+
+def test_masses_that_follow_lengths_are_asked_for_where_they_can_be(folder):
+    """By an option of a model, and by an entry of a study, which refuses that option."""
+    words = ["--counterweights", "crank", "--write-study", "study.toml"]
+    done = asked(["sweep", "run", *SOME_CLOSE, *words, *BESIDE])
+    assert "length; --vary coupler.mass_per_length=KG_PER_M makes a bar" in done.out
+    assert ". --balance force asks for" in done.out
+    done = asked(["sweep", "run", "study.toml", *BESIDE])
+    assert "; the entry coupler.mass_per_length (kg/m) of [parameters] makes" in done.out
+    assert '. balance = "force" of [compute] asks for' in done.out
+
+
+def test_a_table_that_cannot_be_written_leaves_the_other_files(folder):
+    (folder / "t.csv").mkdir()
+    words = ["--best", "max:coupler.length=b.urdf", "--write-study", "s.toml"]
+    done = asked(["sweep", "run", *SOME_CLOSE, *words, "--table", "t.csv", *BESIDE])
+    assert (done.code, done.out) == (3, "") and "t.csv: cannot be written" in done.err
+    assert (folder / "b.urdf").is_file() and (folder / "s.toml").is_file()
+
+
 KITE = "four_bar_kite --vary coupler.length=0.6:0.7:2"
 REFUSALS = [
     ("four_bar_kite", 2, "nothing varies: give --vary, such as coupler.length="),
@@ -185,6 +240,37 @@ REFUSALS = [
     (f"{KITE} --reduce crank", 2, "--reduce L1,L2 and --budget KG need each other"),
     (f"{KITE} --set grashof=crank", 2, "is not TABLE.KEY=VALUE"),
     (f"{KITE} --set constraint.grashof=crank", 3, "no such table .did you mean 'constraints'"),
+    (
+        f"{KITE} --set compute.quantities.x=1",
+        2,
+        "--set compute.quantities.x: compute.quantities is a list, and has no entries",
+    ),
+    (
+        f"{KITE} --balance force --set compute.balance.x=1",
+        2,
+        "--set compute.balance.x: compute.balance is a single value, and has no entries",
+    ),
+    (
+        f"{KITE} --compute design --set compute.design=5 --set compute.design.minimise=mass",
+        2,
+        "--set compute.design: .* set one of them, --set compute.design.OPTION=VALUE",
+    ),
+    (
+        f"{KITE} --reduce crank --budget 1kg --set compute.reduce=3",
+        2,
+        "--set compute.reduce: it is a table of options",
+    ),
+    (
+        f"{KITE} --counterweights crank --set compute.counterweights.minimise=5",
+        3,
+        "--set compute.counterweights.minimise: '5' has no meaning",
+    ),
+    (f"{KITE} --set compute.balance=weak", 3, "--set compute.balance: is 'weak'"),
+    (f"{KITE} --set compute.shakng.speed=3", 3, "--set compute.shakng: no such entry"),
+    (f"{KITE} --speed x=300rpm", 3, "--speed: input x: not an input"),
+    (f"{KITE} --best rank=v/1.urdf", 3, "v/1.urdf: --best: its folder does not exist"),
+    (f"{KITE} --table v/1.csv", 3, "v/1.csv: --table: its folder does not exist"),
+    (f"{KITE} --write-study v/1.toml", 3, "--write-study: its folder does not exist"),
     (f"{KITE} --at u1=20mm", 3, "its position is an angle"),
     ("study.toml --speed 300rpm", 2, "--speed goes with a model: study.toml has its own"),
     ("study.toml --at u1=0.1", 2, "--at goes with a model"),
@@ -240,3 +326,26 @@ def test_the_best_row(values, closed, largest, row):
     given = {"x": np.array(values), "closed": np.array(closed)}
     with ResultsFile.in_memory("rows", job, given) as file:
         assert best_row(file, "x", largest).row == row
+
+
+@pytest.mark.parametrize("name", ["reason", "y"])
+def test_a_column_without_numbers_has_no_best_row(name):
+    columns = Column("x", "real"), Column("closed", "integer"), Column("reason", "text")
+    job = SweepJob("d", json.dumps({}), columns, 1, 1)
+    given = {"x": np.ones(1), "closed": np.ones(1, dtype=int), "reason": [""]}
+    with (
+        ResultsFile.in_memory("rows", job, given) as file,
+        pytest.raises(UsageError, match=f"rows: .*column '{name}'"),
+    ):
+        best_row(file, name, False)
+
+
+def test_round_off_is_no_order_and_has_no_best_row():
+    columns = Column("x", "real"), Column("y", "real"), Column("closed", "integer")
+    job = SweepJob("d", json.dumps({}), columns, 2, 2)
+    given = {"x": np.ones(2), "y": np.array([1e-14, 2e-14]), "closed": np.ones(2, dtype=int)}
+    with ResultsFile.in_memory("rows", job, given) as file:
+        best = best_row(file, "y", False)
+        assert best.row is None and "zero up to round-off in all rows" in best.why_none
+        with pytest.raises(UsageError, match="--sort y: it is round-off in all rows"):
+            show_data(file, "y", False, 2)

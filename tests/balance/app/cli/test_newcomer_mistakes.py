@@ -215,7 +215,7 @@ MISTAKES = [
     ("synthesize --positions 0,0,0;1,0,9", 2, "by --fixed or --moving"),
     ("formulas five_bar --balance all", 2, "'all' .choose from 'dynamic', 'force'"),
     ("models four_bar", 2, "unrecognized arguments: four_bar"),
-    ("new a.urdf --points A=0,0;B=A+1@90 --links a=A,B", 2, "'90' is in radians: write 90deg"),
+    ("new a.urdf --points A=0,0;B=A+1@90 --links a=A,B", 2, "'90' has no unit: write 90deg"),
     ("new a.urdf --points A=0,0;B=1,0 --links base=A;a=A,C", 2, "no point 'C'; there are 'A'"),
     ("new a.urdf --points A=0,0;B=9,0 --links a=A,B --base A", 2, "write base=A,B in --links"),
 ]

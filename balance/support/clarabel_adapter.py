@@ -173,3 +173,14 @@ def _columns(matrix: Array) -> _Columns:
     starts = np.searchsorted(filled, np.arange(width + 1) * height)
     data, rows = flat[filled].tolist(), (filled % max(height, 1)).tolist()
     return _Columns(data, rows, starts.tolist(), len(data), (height, width))
+
+
+def block_diagonal(blocks: Sequence[Array]) -> Array:
+    """Put matrices on the diagonal of a matrix."""
+    shapes = np.array([block.shape for block in blocks])
+    matrix, at = np.zeros(shapes.sum(axis=0)), np.zeros(2, dtype=int)
+    for block in blocks:
+        end = at + block.shape
+        matrix[at[0] : end[0], at[1] : end[1]] = block
+        at = end
+    return matrix

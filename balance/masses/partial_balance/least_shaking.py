@@ -32,7 +32,6 @@ is one more generator of a cone; see `balance.masses.counterweights.moved_matter
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -58,6 +57,7 @@ from balance.masses.partial_balance.shaking_program import ShakingProgram
 from balance.support.clarabel_adapter import (
     TRIANGLES,
     ConstraintBlock,
+    block_diagonal,
     solve_conic,
     triangles,
 )
@@ -147,7 +147,7 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
     least = program.value(minimiser)
     nothing_left = least <= SHAKING_GAP_PROVED * work.scale
     if nothing_left or work.price * work.room <= PRICE_ZERO * work.scale:
-        lighter = work.solve(least)
+        lighter = work.lightest(least)
         if lighter is not None:
             minimiser, forms, shares = lighter, work.forms, work.shares
             if nothing_left:
@@ -262,6 +262,15 @@ class _Work:
         self.price, self.forms = filled.price, filled.forms
         # Less than what its multipliers prove is an error of integrals over rays.
         return filled.s if value >= self.bound() - LEAST_SHAKING_GAP * self.scale else None
+
+    def lightest(self, least: float) -> Array | None:
+        """Minimise the mass at the least load; a solver that has too little room gets more."""
+        slack = 0.5 * SHAKING_GAP_PROVED * self.scale
+        for limit in (least, least + 0.5 * slack):
+            s = self.solve(limit)
+            if s is not None and (self.parts or self.program.value(s) <= least + slack):
+                return s
+        return None
 
     def polish(self, s: Array) -> tuple[Array, Array]:
         """Find the lightest matter that leaves nothing to shake, from matter nearly as light.
@@ -383,8 +392,8 @@ class _Work:
         taken = self.taken.over(self.unit)
         cones = [taken.cone(k, self._cone(k)) for k in range(len(self.regions))]
         # Coordinates s as a function of the variables.
-        T = self.unit * _block_diagonal([triangles(cone.matrices).T for cone in cones])
-        cone_rows = _block_diagonal([cone.rows for cone in cones])
+        T = self.unit * block_diagonal([triangles(cone.matrices).T for cone in cones])
+        cone_rows = block_diagonal([cone.rows for cone in cones])
         self.blocks = self.program.blocks(self.samples)
         none_left = limit is not None and limit <= SHAKING_GAP_PROVED * self.scale
         loads = self._none_left(T) if none_left else self._bounded_loads(T)
@@ -487,14 +496,3 @@ def bounded_rows(columns: Array, most: float, T: Array) -> tuple[Array, Array]:
 def loosened_limit(limit: float) -> float:
     """Loosen a limit on a relative load by what the solver leaves open."""
     return limit * (1.0 + LEAST_SHAKING_GAP) + 2.0 * SOLVER_RESIDUAL
-
-
-def _block_diagonal(blocks: Sequence[Array]) -> Array:
-    """Put matrices on the diagonal of a matrix."""
-    shapes = np.array([block.shape for block in blocks])
-    matrix, at = np.zeros(shapes.sum(axis=0)), np.zeros(2, dtype=int)
-    for block in blocks:
-        end = at + block.shape
-        matrix[at[0] : end[0], at[1] : end[1]] = block
-        at = end
-    return matrix

@@ -24,8 +24,8 @@ from kinematics.wording import number_text
 AT_RIM = 0.999
 # How a reason begins to say which matter is at a rim; see `rim_text`.
 RIM = "; at the rim of the regions of "
-# Grams and millimetres in a unit of SI, and how they are written.
-WORKSHOP, MASS_FORM, PLACE_DIGITS = 1e3, ".4g", 3
+# Grams and millimetres in a unit of SI, and how they are written: optima are flat.
+WORKSHOP, MASS_FORM, PLACE_DIGITS = 1e3, ".3g", 3
 # Why nothing is proved of a geometry that is special but for the last digits of its lengths.
 ROUNDED = (
     "matter in these regions does not balance it, and its lengths are rounded, so that no "

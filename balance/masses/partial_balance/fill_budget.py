@@ -1,4 +1,4 @@
-"""Matter of limited density by Newton's method: the least loads, and the least matter of none.
+"""Matter of limited density by Newton's method: the least load, the least mass without load.
 
 With R = [A a] over matter s of limited density, whose support functions are h_b, and its masses
 ``m·s``, half the square of ``|A s + a|`` within a budget B has the dual

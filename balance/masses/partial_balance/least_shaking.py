@@ -147,7 +147,7 @@ def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | Caps
     least = program.value(minimiser)
     nothing_left = least <= SHAKING_GAP_PROVED * work.scale
     if nothing_left or work.price * work.room <= PRICE_ZERO * work.scale:
-        lighter = work.lightest(least)
+        lighter = work.minimise_mass(least)
         if lighter is not None:
             minimiser, forms, shares = lighter, work.forms, work.shares
             if nothing_left:
@@ -263,7 +263,7 @@ class _Work:
         # Less than what its multipliers prove is an error of integrals over rays.
         return filled.s if value >= self.bound() - LEAST_SHAKING_GAP * self.scale else None
 
-    def lightest(self, least: float) -> Array | None:
+    def minimise_mass(self, least: float) -> Array | None:
         """Minimise the mass at the least load; a solver that has too little room gets more."""
         slack = 0.5 * SHAKING_GAP_PROVED * self.scale
         for limit in (least, least + 0.5 * slack):

@@ -305,7 +305,7 @@ LUMP_FIT = 1e-12
 # solver leaves errors of 1e-9 in the positions of lumps.
 LUMPS_ALIKE = 1e-7
 # Spread of matter about its centre in unit coordinates, squared, up to which it is one lump.
-LUMP_SPREAD = 1e-8
+LUMP_SPREAD = 1e-6
 # Residual of the conditions with counterweights over the sum of the parts of the bodies.
 COUNTERWEIGHT_RESIDUAL = 1e-10
 # Price of a point of a region up to which the dual polynomial counts as not negative, where

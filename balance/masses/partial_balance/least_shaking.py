@@ -73,10 +73,9 @@ from balance.support.tolerances import (
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 
-# Most solutions of one question: each adds samples at which a cap is exceeded, or points.
-MAX_ROUNDS = 60
-# The same for matter of limited density, whose programs are smaller.
-MAX_PART_ROUNDS = 150
+# Most solutions of one question: each adds samples at which a cap is exceeded, or points; and
+# those for matter of limited density, whose programs are smaller.
+MAX_ROUNDS, MAX_PART_ROUNDS = 60, 150
 # Samples of one cap that enter the program at once.
 SAMPLES_AT_ONCE = 8
 # Gap, and least price of the budget, over the load of the file, from which on Newton's method
@@ -265,7 +264,10 @@ class _Work:
 
     def minimise_mass(self, least: float) -> Array | None:
         """Minimise the mass at the least load; a solver that has too little room gets more."""
-        slack = 0.5 * SHAKING_GAP_PROVED * self.scale
+        slack, none = 0.5 * SHAKING_GAP_PROVED * self.scale, np.zeros(self.program.matter.count)
+        if self.program.value(none) <= least + slack and not self.program.exceeded_caps(none):
+            self.forms, self.shares = NO_FORMS, 0.0 * self.shares
+            return none
         for limit in (least, least + 0.5 * slack):
             s = self.solve(limit)
             if s is not None and (self.parts or self.program.value(s) <= least + slack):

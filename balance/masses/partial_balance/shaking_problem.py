@@ -14,6 +14,7 @@ from balance.masses.counterweights.link_regions import regions_of
 from balance.masses.counterweights.moved_matter import moved_links, taken_from
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.weight_shape import WeightShape, wanted_shapes
+from balance.masses.counterweights.volume.mirror_images import halved_where_loads_are_even
 from balance.masses.counterweights.volume.plates import density_limits, stocks_of
 from balance.masses.partial_balance.elastic_frame import ElasticFrame, vibration
 from balance.masses.partial_balance.least_shaking import (
@@ -44,7 +45,6 @@ from balance.motion.verification.load_errors import load_errors
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.options import point_of
-from balance.support.tolerances import CAP_EXCEEDED
 from kinematics.error_text import did_you_mean
 from kinematics.errors import PoseError, UsageError
 from kinematics.model.arrays import freeze
@@ -163,11 +163,7 @@ class ShakingProblem:
         its caps, nor where the solver finds nothing better.
         """
         s, room = np.zeros(self.matter.count), budget + self.program.taken.heaviest
-        over = [
-            cap.name
-            for cap in self.program.caps
-            if cap.sizes(s).max() > cap.most * (1.0 + CAP_EXCEEDED)
-        ]
+        over = self.program.exceeded_caps(s)
         value = self.program.value(s)
         none = np.zeros(len(self.matter.regions))
         if room > 0.0 and (over or not self.program.balanced):
@@ -300,6 +296,9 @@ def build_problem(
     single = _single_bodies(loads, blocks, weight, frame)
     samples = _minimax_loads(space, loads, weight, options)
     taken = taken_from(space, chosen, moved_links(space, chosen, options.move))
+    if stocks and not (shapes or taken.links):
+        counted = [whole, *([samples] if samples.size else []), *(cap.columns for cap in caps)]
+        stocks = halved_where_loads_are_even(space, stocks, counted)
     program = ShakingProgram(
         matter, whole, single, taken, caps, tuple(stocks.values()), samples
     )

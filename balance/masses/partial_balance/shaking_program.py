@@ -11,6 +11,7 @@ from balance.masses.counterweights.moved_matter import Taken
 from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.masses.partial_balance.motion_loads import AddedParameters
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
+from balance.support.tolerances import CAP_EXCEEDED
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 
@@ -79,6 +80,14 @@ class ShakingProgram:
         if self.samples.size:
             return float(self._sizes(s).max())
         return float(np.linalg.norm(self.load(s)))
+
+    def exceeded_caps(self, s: Array) -> list[str]:
+        """List the joints whose caps are exceeded."""
+        return [
+            cap.name
+            for cap in self.caps
+            if cap.sizes(s).max() > cap.most * (1.0 + CAP_EXCEEDED)
+        ]
 
     def load(self, s: Array) -> Array:
         """Compute ``R [s; 1]`` (rows,), whose size is the root of the mean."""

@@ -235,20 +235,21 @@ def counterweight_rows(
     units: TableUnits = SI,
     digits: int = DIGITS,
     nothing: str = NONE_NEEDED,
+    gap: float = MASS_GAP,
 ) -> list[tuple[str, ...]]:
     """Build the table of lumps, its head first; a link with many lumps has one row.
 
     Args:
         links: links that may get matter: those that get none are named too.
-        digits: significant digits of masses, as far as all of them are known to `MASS_GAP` of
-            their sum, and of positions.
+        digits: significant digits of masses, volumes and positions.
         nothing: what these get, in words.
+        gap: part of the sum of all masses to which each is known.
     """
     metals = tuple(f"{name} (cm³)" for name in DENSITIES)
     head = ("link", f"mass ({units.mass})", f"position, link frame ({units.length})", *metals)
     rows: list[tuple[str, ...]] = [head]
     total = sum(weight.mass for weight in weights)
-    decimals = -int(np.floor(np.log10(MASS_GAP * total))) if total > 0.0 else 0
+    decimals = -int(np.floor(np.log10(gap * total))) if total > 0.0 else 0
     for weight in weights:
         parts = [(lump.mass, lump.position) for lump in weight.lumps]
         for known, centre in parts or [(weight.mass, weight.com)]:
@@ -256,10 +257,11 @@ def counterweight_rows(
             # Rounded once: a half that the first of two roundings made would go either way.
             place = digits - 1 - int(np.floor(np.log10(mass))) if mass > 0.0 else 0
             written = float(round_decimals(known, min(decimals, place)))
+            known_digits = max(1, min(DIGITS, digits, digits + decimals - place))
             size = units.per_si * weight.region.size
             position = vector_digits(units.per_si * centre, digits, size)
             volumes = (
-                number_text(CUBIC_CENTIMETRES * mass / density)
+                number_text(CUBIC_CENTIMETRES * known / density, f".{known_digits}g")
                 for density in DENSITIES.values()
             )
             text = number_text(units.per_si * written, f".{digits}g")

@@ -10,6 +10,7 @@ from math import inf
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.counterweights import (
     FRAMES,
+    SI,
     counterweight_rows,
     density_facts,
     moved_facts,
@@ -29,6 +30,8 @@ from kinematics.wording import number_text, size_text, unit_text, vector_text
 # Part of a budget from which it is used, and part of the shaking that is not worth a word.
 USED, HARDLY_SHAKES = 0.99, 0.01
 DIGITS = 4
+# Part of the added mass to which the masses of links are known: the least shaking is flat.
+FLAT_GAP = 1e-4
 FORM = f".{DIGITS}g"
 
 
@@ -269,7 +272,7 @@ def front_body(front: ParetoFront) -> AnswerBody:
         body += ["", AnswerTable(front_rows(front))]
     best = front.designs[-1]
     if best.weights:
-        rows = counterweight_rows(best.weights, best.regions, digits=DIGITS, nothing="none")
+        rows = counterweight_rows(best.weights, best.regions, SI, DIGITS, "none", FLAT_GAP)
         lines = part_lines(best.weights, part_word(best))
         body += ["", AnswerTable(rows), *lines, *([FRAMES] if lines else [])]
     return body

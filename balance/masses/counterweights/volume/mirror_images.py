@@ -3,19 +3,21 @@
 The mirror image of matter that balances a planar linkage, in its plane, balances it too and
 costs as much, and so does the mean of both: the least matter is its own mirror image. Only the
 conditions that a mirror image keeps are left of those on the others, and sections of balls
-replace rays in space (`ball_sections`).
+replace rays in space (`ball_sections`). The same holds for matter that shakes least, where the
+mirror image shakes as much: the size of a load is convex.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from balance.masses.counterweights.added_program import AddedProgram
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.cut_regions import Stock
-from balance.support.clarabel_adapter import TRIANGLES, triangles
+from balance.space.spaces.design_space import DesignSpace
+from balance.support.clarabel_adapter import TRIANGLES, block_diagonal, triangles
 from balance.support.tolerances import MIRROR_IMAGE
 from kinematics.numerics.array_types import Array
 
@@ -36,7 +38,7 @@ def halved_by_plane(
     unchanged = program, list(stocks.values())
     if program.taken.links or program.inertia[0].size:
         return unchanged
-    mirrors = [_mirror_of(program, b, stock) for b, stock in stocks.items()]
+    mirrors = [_mirror_of(program.space, b, stock) for b, stock in stocks.items()]
     if any(mirror is None for mirror in mirrors):
         return unchanged
     images = np.array([_image_map(mirror) for mirror in mirrors if mirror is not None])
@@ -59,14 +61,40 @@ def halved_by_plane(
     return halved, [stock._replace(mirror=mirror) for stock, mirror in pairs]
 
 
-def _mirror_of(program: AddedProgram, body: int, stock: Stock) -> Array | None:
+def halved_where_loads_are_even(
+    space: DesignSpace, stocks: Mapping[int, Stock], loads: Iterable[Array]
+) -> dict[int, Stock]:
+    """Leave only the matter that is its own mirror image, if loads of images are as large.
+
+    Args:
+        space: a design space of the linkage.
+        stocks: regions and densities by position of the body.
+        loads: functions ``|A [s; 1]|`` of the matter s in the regions, matrices A (..., k, n).
+
+    Returns:
+        The matter in equal halves, or as it is.
+    """
+    mirrors = [_mirror_of(space, b, stock) for b, stock in stocks.items()]
+    images = [_image_map(mirror) for mirror in mirrors if mirror is not None]
+    if len(images) < len(stocks):
+        return dict(stocks)
+    M = block_diagonal([*images, np.eye(1)])
+    for A in loads:
+        squares = A.mT @ A
+        if not _same(M.T @ squares @ M, squares):
+            return dict(stocks)
+    pairs = zip(stocks.items(), mirrors, strict=True)
+    return {b: stock._replace(mirror=mirror) for (b, stock), mirror in pairs}
+
+
+def _mirror_of(space: DesignSpace, body: int, stock: Stock) -> Array | None:
     """Find the reflection (4, 4) about the plane of the linkage, in unit coordinates."""
     if stock.fan is not None:
         return None
     if stock.mirror is not None:
         return stock.mirror
     place = stock.region.place[:3, :3]
-    to_plane = program.space.linkage.chain.frame.R[2] @ program.space.frames[body, :3, :3]
+    to_plane = space.linkage.chain.frame.R[2] @ space.frames[body, :3, :3]
     mirror = np.eye(4)
     mirror[:3, :3] -= 2.0 * np.linalg.solve(place, np.outer(to_plane, to_plane @ place))
     return mirror if _maps_to_itself(stock.region, mirror[:3, :3]) else None

@@ -11,7 +11,7 @@ from balance.masses.counterweights.region_text import read_region
 from balance.masses.partial_balance.shaking_problem import ShakingOptions, build_problem
 from balance.motion.verification.trajectory import random_motions
 from balance.support.clarabel_adapter import triangles
-from kinematics.loading.model_gallery import as_linkage
+from kinematics.loading.model_gallery import as_linkage, find
 from tests.independent.filled_cells import cells
 
 STEEL = 7850.0
@@ -319,3 +319,41 @@ def test_of_matter_that_leaves_nothing_the_least_is_added(density, minimise):
     )
     assert found.verdict == "optimal" and found.share < 1e-9
     assert found.mass == pytest.approx(least.added_mass, rel=1e-7)
+
+
+def test_matter_of_a_planar_linkage_is_its_own_mirror_image():
+    """Integrals over its sections are those of the bound, which has other rays, to round-off."""
+    space, motions = question("dynamic")
+    found = balance.partial(space, ["crank", "rocker"], 3.0, motions=motions, density=STEEL)
+    assert abs(found.shaking.objective - found.bound) <= 1e-10 * found.given.objective
+    for weight in found.weights:
+        assert weight.com[2] == 0.0 and not weight.inertia[2, :2].any()
+
+
+def test_matter_is_no_mirror_image_where_the_linkage_is_none(tmp_path):
+    """The coupler is 250 mm off the plane: least squares over cells put matter off it, too."""
+    text = find("four_bar_general").read_text(encoding="utf-8")
+    above = text.replace('<origin xyz="0.38 0.22 0"', '<origin xyz="0.38 0.22 0.25"')
+    assert above != text
+    path = tmp_path / "above.urdf"
+    path.write_text(above, encoding="utf-8")
+    space = balance.design_space(path, max_order=0)
+    (motion,) = random_motions(space.linkage, 1, 60)
+    regions = {"crank": "box(-0.2:0,-0.2:0,-0.1:0.1)"}
+    found = balance.partial(
+        space, ["crank"], 1000.0, regions=regions, motions=[motion], density=STEEL
+    )
+    problem = build_problem(space, ["crank"], ShakingOptions(regions, [motion]))
+    (moments,) = cells_of([read_region(regions["crank"])], STEEL, 3000)
+    mirror, R = np.diag([1.0, 1.0, -1.0, 1.0]), problem.program.factor
+    left, places = [], []
+    for parts in (moments, 0.5 * (moments + mirror @ moments @ mirror)):
+        A, b = R[:, :-1] @ triangles(parts).T, -R[:, -1]
+        cells = lsq_linear(A, b, (0.0, 1.0), tol=1e-10)
+        left.append(np.sqrt(2.0 * cells.cost))
+        # The box is 0.1 m high on each side of the plane.
+        places.append(0.1 * cells.x @ parts[:, 2, 3] / (cells.x @ parts[:, 3, 3]))
+    (weight,) = found.weights
+    assert found.verdict == "optimal" and found.bound <= left[0] <= 0.995 * left[1]
+    assert found.shaking.objective == pytest.approx(left[0], rel=6e-3)
+    assert places[0] > 0.02 and weight.com[2] == pytest.approx(places[0], rel=0.2)

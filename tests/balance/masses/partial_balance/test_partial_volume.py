@@ -322,7 +322,7 @@ def test_of_matter_that_leaves_nothing_the_least_is_added(density, minimise):
 
 
 def test_matter_of_a_planar_linkage_is_its_own_mirror_image():
-    """Integrals over its sections are those of the bound, which has other rays, to round-off."""
+    """Integrals over its sections are those of the bound, of other rays, to round-off."""
     space, motions = question("dynamic")
     found = balance.partial(space, ["crank", "rocker"], 3.0, motions=motions, density=STEEL)
     assert abs(found.shaking.objective - found.bound) <= 1e-10 * found.given.objective
@@ -330,6 +330,7 @@ def test_matter_of_a_planar_linkage_is_its_own_mirror_image():
         assert weight.com[2] == 0.0 and not weight.inertia[2, :2].any()
 
 
+@pytest.mark.slow
 def test_matter_is_no_mirror_image_where_the_linkage_is_none(tmp_path):
     """The coupler is 250 mm off the plane: least squares over cells put matter off it, too."""
     text = find("four_bar_general").read_text(encoding="utf-8")

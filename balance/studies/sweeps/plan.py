@@ -60,6 +60,7 @@ class Plan:
         self.constraints = StudyConstraints(study.constraints, self.linkage, study.source)
         self._check_names()
         check_quantities(study.quantities, self.linkage, study.source)
+        self._check_lengths(moving)
         self._check_moves(moving)
 
     @cached_property
@@ -222,6 +223,15 @@ class Plan:
                     problem = f"'{clean(name)}' does not vary"
                     remedy = f"use {closest_names(name, self.driven)}"
                     raise self._fault("constraints", expression.text, problem, remedy)
+
+    def _check_lengths(self, places: Mapping[str, NumberPlace]) -> None:
+        """Refuse lengths of 0 or less: a link has no direction there, or turns round."""
+        for name, each in self.study.parameters.items():
+            ends = _ends(each)[:1] if each.kind == "normal" else each.numbers[:2]
+            least = min(each.numbers if each.kind == "list" else ends)
+            if name in places and places[name].kind == "length" and least <= 0.0:
+                problem = f"a length of {least:g} m is none"
+                raise self._fault("parameters", name, problem, "give lengths above 0")
 
     def _check_moves(self, places: Mapping[str, NumberPlace]) -> None:
         """Refuse a parameter whose change leaves every geometry as it was.

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.covering import spread
 from tests.support.gallery_commands import SAMPLE, all_commands
-from tests.support.gallery_run import changed_commands, run_commands
+from tests.support.gallery_run import changed_commands, changed_lines, run_commands
 from tests.support.perturbed_functions import PERTURBED, perturb_last_bits, perturbed, rounding
 from tests.support.rounded_operations import OPERATIONS, operation
 from tests.support.rounding import COMPILED
@@ -155,4 +155,5 @@ def test_what_is_printed_does_not_depend_on_rounding(variant):
     Kernels are compiled in every way with ``ALL_CASES=1``.
     """
     commands = all_commands()
-    assert not changed_commands(run_commands(commands), run_commands(commands, 1, variant))
+    changed = changed_commands(run_commands(commands), run_commands(commands, 1, variant))
+    assert not changed, changed_lines(changed)

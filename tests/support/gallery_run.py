@@ -99,13 +99,19 @@ def _compare(commands: Sequence[str], seeds: Sequence[int], variant: str) -> int
     for seed in seeds:
         changed = changed_commands(usual, run_commands(commands, seed, variant))
         total += len(changed)
-        for command, (before, after) in changed.items():
-            lines = difflib.unified_diff(
-                _lines(before), _lines(after), "usual", f"seed {seed}", n=0, lineterm=""
-            )
-            print(f"{command}\n  " + "\n  ".join(lines), flush=True)
+        if changed:
+            print(changed_lines(changed), flush=True)
         print(f"seed {seed}: {len(changed)} of {len(commands)} changed", flush=True)
     return total
+
+
+def changed_lines(changed: dict[str, tuple[Printed, Printed]]) -> str:
+    """Show the lines that changed, below each command."""
+    texts = []
+    for command, (before, after) in changed.items():
+        lines = difflib.unified_diff(_lines(before), _lines(after), n=0, lineterm="")
+        texts.append("\n  ".join([command, *list(lines)[2:]]))
+    return "\n".join(texts)
 
 
 def _lines(printed: Printed) -> list[str]:

@@ -9,13 +9,14 @@ mirror image shakes as much: the size of a load is convex.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from balance.masses.counterweights.added_program import AddedProgram
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.cut_regions import Stock
+from balance.masses.counterweights.volume.dual_ascent import SECOND_ORDER
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.clarabel_adapter import TRIANGLES, block_diagonal, triangles
 from balance.support.tolerances import MIRROR_IMAGE
@@ -62,9 +63,11 @@ def halved_by_plane(
 
 
 def halved_where_loads_are_even(
-    space: DesignSpace, stocks: Mapping[int, Stock], loads: Iterable[Array]
+    space: DesignSpace, stocks: Mapping[int, Stock], loads: Sequence[Array]
 ) -> dict[int, Stock]:
     """Leave only the matter that is its own mirror image, if loads of images are as large.
+
+    Of loads without second moments planes cut off the matter, which is such an image already.
 
     Args:
         space: a design space of the linkage.
@@ -76,7 +79,8 @@ def halved_where_loads_are_even(
     """
     mirrors = [_mirror_of(space, b, stock) for b, stock in stocks.items()]
     images = [_image_map(mirror) for mirror in mirrors if mirror is not None]
-    if len(images) < len(stocks):
+    second = np.arange(10 * len(stocks)) % 10 < SECOND_ORDER
+    if len(images) < len(stocks) or not any(A[..., :-1][..., second].any() for A in loads):
         return dict(stocks)
     M = block_diagonal([*images, np.eye(1)])
     for A in loads:

@@ -19,6 +19,7 @@ from balance.masses.designs.design_check import (
     out_of_plane_asymmetry,
 )
 from balance.masses.designs.feasibility import Verdict, assemble_design, decide_feasibility
+from balance.masses.designs.light_bodies import bounds_of_more_mass, more_mass_words
 from balance.masses.designs.mass_regions import BALL_RADIUS, Ball
 from balance.masses.designs.objectives import Objective, minimise_objective
 from balance.masses.designs.pseudo_inertia_cone import (
@@ -52,8 +53,7 @@ from kinematics.wording import first_names, html_facts, number_text, repr_lines
 DESIGN_SCHEMA = "balance.design/2"
 # Thickness of flat bodies whose density is limited, in lengths of the space, unless given.
 THICKNESS = 0.05
-# End of the verdict on one pose.
-ONE_POSE = "; at the reference pose alone"
+ONE_POSE = "; at the reference pose alone"  # end of the verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +74,7 @@ class Design(WithPage, WithPicture):
             no design.
         certificate: one symmetric matrix per body; see `check_certificate`.
         multipliers: one number per body, the second part of the certificate.
-        margin: smallest eigenvalue of the pseudo-inertias over the sum of their traces, in
-            units of the chain.
+        margin: least eigenvalue of the pseudo-inertias over all traces, in units of the chain.
         residuals: result of the check of the design or of the certificate.
         words: the verdict in one line.
         anywhere: the answer without balls, if there is no design with balls and the answer
@@ -85,6 +84,7 @@ class Design(WithPage, WithPicture):
             see `balance.masses.designs.objectives`. None otherwise.
         density: density that each body nowhere exceeds, kg/m³, by name; empty without limits.
         thickness: that of the bodies whose density is limited, m; None in space.
+        more_mass: bounds with a design whose bodies are not lighter than air; often empty.
     """
 
     page_maker = "design:design_page"
@@ -107,6 +107,7 @@ class Design(WithPage, WithPicture):
     floor: tuple[float, float] | None = None
     density: Mapping[str, float] = field(default_factory=dict)
     thickness: float | None = None
+    more_mass: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def constraints(self) -> Constraints:
@@ -133,9 +134,7 @@ class Design(WithPage, WithPicture):
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the mass of each body."""
         bodies = [f"{body.name} {number_text(body.mass)} kg" for body in self.bodies]
-        for body in (each for each in self.bodies if each.name in self.lighter_than_air[:1]):
-            low, high = (number_text(scale * body.mass, ".2g") for scale in (10.0, 100.0))
-            bodies.insert(0, f"bounds={{{body.name!r}: ({low}, {high})}} gives it more mass")
+        bodies = [*more_mass_words(self.more_mass), *bodies]
         return repr_lines(f"Design for {self.space.linkage.name}", self.words, *bodies)
 
     def _repr_html_(self) -> str:
@@ -353,9 +352,10 @@ def design(
     if within is not None and answer.z is None:
         answer = _with_answer_anywhere(answer, constraints, one_pose)
     if light := answer.lighter_than_air:
-        answer = replace(
-            answer, words=f"{answer.words}; lighter than air: {first_names(light)}"
-        )
+        words = f"{answer.words}; lighter than air: {first_names(light)}"
+        rest = within, one_pose, densities, thick
+        more = bounds_of_more_mass(answer, lambda x: maximise_margin(space, keep, x, *rest))
+        answer = replace(answer, words=words, more_mass=more)
     if isinstance(answer.space, RequiredSpace) and answer.verdict == "infeasible":
         return replace(answer, words=f"{answer.words}; {_contradiction(answer, answer.space)}")
     return replace(answer, words=f"{answer.words}{ONE_POSE}") if one_pose else answer

@@ -195,9 +195,11 @@ def unusual_matter(design: Design) -> list[tuple[str, str]]:
         if solid.density < AIR:
             what = (
                 f"lighter than air, {_plain_number(solid.density, MOMENT_DIGITS)} kg/m³, as a "
-                "solid: build it as masses at the ends of a light frame, or give it more mass, "
-                f"such as --bounds {name}={number_text(10.0 * solid.mass, '.2g')}:"
+                "solid: build it as masses at the ends of a light frame"
             )
+            if name in design.more_mass:
+                least = number_text(design.more_mass[name][0], ".2g")
+                what += f", or give it more mass, such as --bounds {name}={least}:"
         else:
             size = f"{_plain_number(solid.density, MOMENT_DIGITS)} kg/m³"
             if not solid.density < np.inf:

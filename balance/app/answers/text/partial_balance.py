@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from math import inf
 
+import numpy as np
+
 from balance.app.answers.answer import MISSING, AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.counterweights import (
     FRAMES,
@@ -23,13 +25,16 @@ from balance.masses.counterweights.shaped.across_plane import at_rim
 from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
+from balance.motion.verification.crank_revolution import TURN
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
-from kinematics.wording import number_text, size_text, unit_text, vector_text
+from kinematics.wording import first_names, number_text, size_text, unit_text, vector_text
 
 # Part of a budget from which it is used, and part of the shaking that is not worth a word.
 USED, HARDLY_SHAKES = 0.99, 0.01
 DIGITS = 4
+# Relative change of a rate, and of a turn, up to which a crank turns once at one speed.
+STEADY = 1e-9
 # Part of the added mass to which the masses of links are known: the least shaking is flat.
 FLAT_GAP = 1e-4
 FORM = f".{DIGITS}g"
@@ -42,6 +47,7 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
     relations = space.motion.relations if space.motion else ()
     pairs = linkage_facts(space.linkage, f"{space.balance} balance", relations)
     pairs.append(("minimised", _minimised_text(front)))
+    pairs.append(_motion_fact(front))
     if front.frame is not None:
         pairs.append(("frame", f"natural frequency {number_text(front.frame.frequency)} Hz"))
     pairs.append(("verdict", best.words))
@@ -70,6 +76,29 @@ def _minimised_text(front: ParetoFront) -> str:
     if front.minimise == "peak":
         return f"peak of the shaking, {counts}"
     return f"root mean square of the {front.objective}, {counts}"
+
+
+def _motion_fact(front: ParetoFront) -> tuple[str, str]:
+    """Say along which motions: the turn of a crank, or how long and how far inputs move."""
+    linkage, motions = front.designs[0].space.linkage, front.designs[0].motions
+    if len(motions) == 1:
+        u, ud = motions[0].u, motions[0].ud
+        for k, name in enumerate(linkage.inputs):
+            rate, turn = float(ud[0, k]), abs(float(u[-1, k] - u[0, k])) / TURN
+            steady = np.abs(ud[:, k] - rate).max() <= STEADY * abs(rate)
+            if rate and steady and name not in linkage.sliding and abs(turn - 1.0) <= STEADY:
+                rpm = number_text(rate * 60.0 / TURN, ".6g")
+                return "motion", f"one revolution of {name} at {rpm} rpm"
+    size = np.max([np.abs(motion.u).max(axis=0) for motion in motions], axis=0)
+    sizes = [
+        f"{name} {number_text(most, '.3g')} {'m' if name in linkage.sliding else 'rad'}"
+        for name, most in zip(linkage.inputs, size.tolist(), strict=True)
+    ]
+    duration = f"{number_text(max(motion.duration for motion in motions))} s"
+    amplitude = f"amplitude {first_names(sizes)}"
+    if len(motions) == 1:
+        return "motion", f"of {duration}, {amplitude}"
+    return "motions", f"{len(motions)} of {duration} each, {amplitude}"
 
 
 def _shaking_facts(

@@ -43,9 +43,10 @@ HEAD = (
 UNITS = (
     "×: times that of the linkage in the file; +: more than there; added: without gears; "
     "gears: solid steel, at the peaks of random motions of 1 s, and not in the written file; "
-    "bearing load: the largest force of a joint at these peaks; width: of a box about joints "
-    "and masses; shaking left: where all is balanced, its part of the bodies' own inertia; "
-    "else the rms, times that of the file"
+    "bearing load: the largest force of a joint where one input at a time has these peaks in "
+    "the pose of the file (along a motion: balance verify); width: of a box about joints and "
+    "masses; shaking left: where all is balanced, its part of the bodies' own inertia; else "
+    "the rms, times that of the file"
 )
 
 

@@ -115,6 +115,10 @@ def read_weight_shapes(text: str) -> tuple[WeightShape, ...]:
     """
     kind, _, rest = text.strip().partition("=")
     sizes, comma, radius = rest.partition(",")
+    if "=" in rest:
+        raise UsageError(
+            f"shape '{text}' has two kinds: ask for one at a time, such as {text.split('/')[0]}"
+        )
     if kind in get_args(Kind) and sizes and (kind == "sector" or not comma):
         lengths = [read_quantity(size, "length") for size in sizes.split("/")]
         reach = read_quantity(radius, "length") if comma else None

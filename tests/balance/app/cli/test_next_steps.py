@@ -154,7 +154,7 @@ def test_unusual_matter_is_told(size, said):
     """Balls of 1 kg: 30 000, 239, 0.03 kg/m³, and a point."""
     ball = Solid("ellipsoid", 1.0, np.zeros(3), size * np.eye(3))
     space = SimpleNamespace(bodies=("arm", "kept"))
-    design = SimpleNamespace(space=space, solids=(ball, ball), keep=("kept",))
+    design = SimpleNamespace(space=space, solids=(ball, ball), keep=("kept",), more_mass={})
     told = unusual_matter(design)
     assert [label for label, _ in told] == ["matter"] * bool(said)
     assert all(text.startswith("arm is ") and said in text for _, text in told)

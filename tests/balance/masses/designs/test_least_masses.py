@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import balance
 import kinematics
 from balance import design_space
-from balance.app.answers.text.design import design_facts
+from balance.app.answers.text.design import design_facts, unusual_matter
 from tests.support.designs import design_of_any_density
 from tests.support.shapes import matrix
 
@@ -69,3 +70,21 @@ def test_the_text_says_what_sets_the_size():
     assert open_ in dict(design_facts(least(space, crank=(0.0, 0.3))))["floor"]
     assert open_ not in dict(design_facts(least(space, crank=(0.1, 0.3))))["floor"]
     assert "floor" not in dict(design_facts(design_of_any_density(space)))
+
+
+@pytest.mark.parametrize("model", ["slider_crank", "four_bar_kite"])
+def test_bounds_that_are_printed_have_a_design(model):
+    """More mass for a coupler lighter than air, where a design has it: not on the kite."""
+    design = balance.design(model)
+    assert design.lighter_than_air == ("coupler",)
+    (light,) = (body.mass for body in design.bodies if body.name == "coupler")
+    heavier = balance.design(model, bounds={"coupler": (10.0 * light, 1.0)})
+    printed = (
+        "more mass" in repr(design),
+        any("--bounds" in x for _, x in unusual_matter(design)),
+    )
+    assert printed == 2 * (heavier.z is not None,)
+    if design.more_mass:
+        again = balance.design(model, bounds=design.more_mass)
+        assert again.z is not None and "bounds={'coupler': (" in repr(design)
+        assert again.bodies[1].mass == pytest.approx(10.0 * light, rel=0.1)

@@ -64,8 +64,7 @@ class Design(WithPage, WithPicture):
         space: the design space; spatial if kept bodies are not symmetric about the plane.
         verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
         minimise: the objective.
-        value: value of the objective in SI units (see `design`); None without an objective or
-            a design.
+        value: of the objective in SI units (see `design`); None without it or a design.
         keep: names of the bodies that stay as in the file.
         bounds: least and largest mass of a body, kg.
         within: radius of the ball about the joints of each link that must contain its mass, in
@@ -339,11 +338,10 @@ def design(
     space = as_space(space, motion, balance)
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
-    densities = density_in_si(density)
-    thick = length_in_si(thickness)
-    answer = maximise_margin(space, keep, bounds, within, one_pose, densities, thick)
+    rest = within, one_pose, density_in_si(density), length_in_si(thickness)
+    answer = maximise_margin(space, keep, bounds, *rest)
     constraints = answer.constraints
-    if minimise is None and densities is not None and answer.z is not None:
+    if minimise is None and density is not None and answer.z is not None:
         answer = _least_change(answer, constraints)
     elif minimise and answer.z is not None:
         answer = _minimise(replace(answer, minimise=minimise), constraints)
@@ -353,8 +351,10 @@ def design(
         answer = _with_answer_anywhere(answer, constraints, one_pose)
     if light := answer.lighter_than_air:
         words = f"{answer.words}; lighter than air: {first_names(light)}"
-        rest = within, one_pose, densities, thick
-        more = bounds_of_more_mass(answer, lambda x: maximise_margin(space, keep, x, *rest))
+        masses = {body.name: body.mass for body in answer.bodies if body.name in light}
+        more = bounds_of_more_mass(
+            masses, answer.bounds, lambda x: maximise_margin(space, keep, x, *rest).z
+        )
         answer = replace(answer, words=words, more_mass=more)
     if isinstance(answer.space, RequiredSpace) and answer.verdict == "infeasible":
         return replace(answer, words=f"{answer.words}; {_contradiction(answer, answer.space)}")

@@ -13,6 +13,7 @@ from balance import design_space
 from balance.app.answers.text.partial_balance import front_facts
 from balance.masses.partial_balance.shaking_program import quadratic_factor
 from balance.motion import shaking
+from balance.motion.verification.crank_revolution import revolve_crank
 from balance.motion.verification.given_motions import rest_to_rest
 from balance.motion.verification.trajectory import random_motions
 from kinematics.errors import BodyError, PoseError, UsageError
@@ -425,3 +426,19 @@ def test_the_sentence_has_the_loads_that_were_minimised():
         assert f"→ {float(f'{load:.3g}'):g} N" in peak.sentence
     torque = balance.partial("slider_crank", ["crank"], 0.5, minimise="torque", **options)
     assert torque.sentence.startswith("Largest torque ")
+
+
+def test_the_motion_is_told():
+    """The turn of a crank by its speed, others by their length and how far inputs move."""
+    linkage = kinematics.load("slider_crank")
+    turn, _ = revolve_crank(linkage, "-3000rpm", steps=40)
+    others = motions(linkage, 2, 15)
+    parts = [others[0].u[:, 0], others[1].u[:, 0]]
+    most = max(float(np.abs(part).max()) for part in parts)
+    for chosen, told in (
+        (turn, ("motion", "one revolution of u1 at -3000 rpm")),
+        (others[:1], ("motion", f"of 1 s, amplitude u1 {np.abs(parts[0]).max():.3g} rad")),
+        (others, ("motions", f"2 of 1 s each, amplitude u1 {most:.3g} rad")),
+    ):
+        found = balance.partial(linkage, ["crank"], 0.1, motions=chosen, balance="force")
+        assert told in front_facts(found.front)

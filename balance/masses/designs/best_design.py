@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import inf
 from os import PathLike
 from typing import get_args
@@ -13,11 +14,7 @@ import numpy as np
 from balance.masses.designs.certificate import CertificateCheck
 from balance.masses.designs.constraints import Constraints, build_program, constraints_of
 from balance.masses.designs.density import AIR, STEEL, Solid, solid_data, solid_of
-from balance.masses.designs.design_check import (
-    DesignCheck,
-    check_design,
-    out_of_plane_asymmetry,
-)
+from balance.masses.designs.design_check import DesignCheck, check_design, leaves_plane
 from balance.masses.designs.feasibility import Verdict, assemble_design, decide_feasibility
 from balance.masses.designs.light_bodies import bounds_of_more_mass, more_mass_words
 from balance.masses.designs.mass_regions import BALL_RADIUS, Ball
@@ -41,7 +38,7 @@ from balance.support.mass_table import MassTable, mass_table
 from balance.support.materials import Density, density_in_si
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture, write_file
-from balance.support.tolerances import DENSITIES_EQUAL, KEPT_BODY_RESIDUAL
+from balance.support.tolerances import DENSITIES_EQUAL
 from balance.support.units import length_in_si
 from kinematics.errors import BodyError, UsageError
 from kinematics.loading.model_gallery import LinkageLike
@@ -64,7 +61,8 @@ class Design(WithPage, WithPicture):
         space: the design space; spatial if kept bodies are not symmetric about the plane.
         verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
         minimise: the objective.
-        value: of the objective in SI units (see `design`); None without it or a design.
+        value: value of the objective in SI units (see `design`); None without an objective or
+            a design.
         keep: names of the bodies that stay as in the file.
         bounds: least and largest mass of a body, kg.
         within: radius of the ball about the joints of each link that must contain its mass, in
@@ -73,7 +71,8 @@ class Design(WithPage, WithPicture):
             no design.
         certificate: one symmetric matrix per body; see `check_certificate`.
         multipliers: one number per body, the second part of the certificate.
-        margin: least eigenvalue of the pseudo-inertias over all traces, in units of the chain.
+        margin: smallest eigenvalue of the pseudo-inertias over the sum of their traces, in
+            units of the chain.
         residuals: result of the check of the design or of the certificate.
         words: the verdict in one line.
         anywhere: the answer without balls, if there is no design with balls and the answer
@@ -83,7 +82,6 @@ class Design(WithPage, WithPicture):
             see `balance.masses.designs.objectives`. None otherwise.
         density: density that each body nowhere exceeds, kg/m³, by name; empty without limits.
         thickness: that of the bodies whose density is limited, m; None in space.
-        more_mass: bounds with a design whose bodies are not lighter than air; often empty.
     """
 
     page_maker = "design:design_page"
@@ -106,7 +104,6 @@ class Design(WithPage, WithPicture):
     floor: tuple[float, float] | None = None
     density: Mapping[str, float] = field(default_factory=dict)
     thickness: float | None = None
-    more_mass: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def constraints(self) -> Constraints:
@@ -184,6 +181,15 @@ class Design(WithPage, WithPicture):
         solids = zip(self.space.bodies, self.solids, strict=False)
         light = {name for name, solid in solids if solid is not None and solid.density < AIR}
         return tuple(name for name in self.space.bodies if name in light - {*self.keep})
+
+    @cached_property
+    def more_mass(self) -> Mapping[str, tuple[float, float]]:
+        """Bounds that give bodies lighter than air more mass; empty if none have a design."""
+        light = {x.name: x.mass for x in self.bodies if x.name in self.lighter_than_air}
+        rest = self.within, False, self.density or None, self.thickness
+        return bounds_of_more_mass(
+            light, self.bounds, lambda x: maximise_margin(self.space, self.keep, x, *rest).z
+        )
 
     def to_urdf(self, path: str | PathLike[str] | None = None) -> bytes:
         """Return the file of the linkage with these masses, and no other change.
@@ -338,8 +344,8 @@ def design(
     space = as_space(space, motion, balance)
     if one_pose and len(space.orders) > 1:
         raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
-    rest = within, one_pose, density_in_si(density), length_in_si(thickness)
-    answer = maximise_margin(space, keep, bounds, *rest)
+    limits = density_in_si(density), length_in_si(thickness)
+    answer = maximise_margin(space, keep, bounds, within, one_pose, *limits)
     constraints = answer.constraints
     if minimise is None and density is not None and answer.z is not None:
         answer = _least_change(answer, constraints)
@@ -350,12 +356,9 @@ def design(
     if within is not None and answer.z is None:
         answer = _with_answer_anywhere(answer, constraints, one_pose)
     if light := answer.lighter_than_air:
-        words = f"{answer.words}; lighter than air: {first_names(light)}"
-        masses = {body.name: body.mass for body in answer.bodies if body.name in light}
-        more = bounds_of_more_mass(
-            masses, answer.bounds, lambda x: maximise_margin(space, keep, x, *rest).z
+        answer = replace(
+            answer, words=f"{answer.words}; lighter than air: {first_names(light)}"
         )
-        answer = replace(answer, words=words, more_mass=more)
     if isinstance(answer.space, RequiredSpace) and answer.verdict == "infeasible":
         return replace(answer, words=f"{answer.words}; {_contradiction(answer, answer.space)}")
     return replace(answer, words=f"{answer.words}{ONE_POSE}") if one_pose else answer
@@ -376,7 +379,7 @@ def maximise_margin(
     """
     limits = dict(bounds or {})
     constraints = constraints_of(space, keep, limits, within)
-    if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
+    if space.planar and space.balance == "dynamic" and leaves_plane(space, constraints):
         space = recompute_spatial(space, 0 if one_pose else None)
     if density is not None and thickness is None and space.planar:
         thickness = THICKNESS * space.length
@@ -444,13 +447,6 @@ def _contradiction(answer: Design, space: RequiredSpace) -> str:
         return decide_feasibility(some, constraints).verdict == "infeasible"
 
     return contradiction_words(contradiction(space.texts, excluded), "design")
-
-
-def _leaves_plane(space: DesignSpace, constraints: Constraints) -> bool:
-    """Whether kept bodies have no common plane of symmetry."""
-    moving = [b for b in constraints.keep if space.chain.links[b] >= 0]
-    kept = np.array([space.linkage.bodies[b].inertia for b in moving]).reshape(-1, 10)
-    return out_of_plane_asymmetry(from_si(kept, space.chain.frame)) > KEPT_BODY_RESIDUAL
 
 
 def _minimise(answer: Design, constraints: Constraints) -> Design:

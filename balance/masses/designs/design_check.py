@@ -168,6 +168,13 @@ def _satisfies(space: DesignSpace, z: Array, constraints: Constraints) -> bool:
     )
 
 
+def leaves_plane(space: DesignSpace, constraints: Constraints) -> bool:
+    """Whether kept bodies have no common plane of symmetry."""
+    moving = [b for b in constraints.keep if space.chain.links[b] >= 0]
+    kept = np.array([space.linkage.bodies[b].inertia for b in moving]).reshape(-1, 10)
+    return out_of_plane_asymmetry(from_si(kept, space.chain.frame)) > KEPT_BODY_RESIDUAL
+
+
 def out_of_plane_asymmetry(P: Array) -> float:
     """Compute how far bodies are from a common plane of symmetry, relative to their size.
 

@@ -20,23 +20,18 @@ def bounds_of_more_mass(
         solve: finds the masses with other bounds; None without a design.
 
     Returns:
-        Least masses, kg, of two digits, and largest ones, those of the bounds if they have any,
-        by name; empty if there is no such design.
+        Least masses, kg, of two digits, and largest ones, those of the bounds where they are
+        not less, by name; empty if there is no such design.
     """
-    more = {
-        name: (_of(mass, LEAST), bounds[name][1] if name in bounds else _of(mass, LARGEST))
-        for name, mass in masses.items()
-    }
-    possible = all(low <= high for low, high in more.values())
-    return more if possible and solve({**bounds, **more}) is not None else {}
+    more = {}
+    for name, mass in masses.items():
+        low, high = (float(f"{times * mass:.2g}") for times in (LEAST, LARGEST))
+        given = bounds[name][1] if name in bounds else high
+        more[name] = low, given if given >= low else high
+    return more if more and solve({**bounds, **more}) is not None else {}
 
 
 def more_mass_words(bounds: Bounds) -> list[str]:
     """Write bounds of `bounds_of_more_mass` as an argument of `design`; nothing without any."""
     each = (f"{name!r}: ({low:g}, {high:g})" for name, (low, high) in bounds.items())
     return [f"bounds={{{', '.join(each)}}} has more mass there"] if bounds else []
-
-
-def _of(mass: float, times: float) -> float:
-    """Return a multiple of a mass, of two digits."""
-    return float(f"{times * mass:.2g}")

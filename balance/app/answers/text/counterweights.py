@@ -261,7 +261,7 @@ def counterweight_rows(
             size = units.per_si * weight.region.size
             position = vector_digits(units.per_si * centre, digits, size)
             volumes = (
-                number_text(CUBIC_CENTIMETRES * known / density, f".{known_digits}g")
+                number_text(CUBIC_CENTIMETRES * written / density, f".{known_digits}g")
                 for density in DENSITIES.values()
             )
             text = number_text(units.per_si * written, f".{digits}g")

@@ -230,7 +230,7 @@ class Plan:
             ends = _ends(each)[:1] if each.kind == "normal" else each.numbers[:2]
             least = min(each.numbers if each.kind == "list" else ends)
             if name in places and places[name].kind == "length" and least <= 0.0:
-                problem = f"a length of {least:g} m is none"
+                problem = f"a length of {least:g} m is not positive"
                 raise self._fault("parameters", name, problem, "give lengths above 0")
 
     def _check_moves(self, places: Mapping[str, NumberPlace]) -> None:

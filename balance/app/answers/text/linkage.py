@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from kinematics.model.linkage import Linkage
+from kinematics.wording import first_names, number_text
 
 
 def linkage_facts(
@@ -23,3 +24,14 @@ def linkage_facts(
     pose = [("pose", linkage.pose)] if linkage.at else []
     motion = [("motion", ", ".join(relations))] if relations else []
     return [("linkage", f"{linkage.name}, {words}"), *more, *pose, *motion]
+
+
+def amplitude_text(linkage: Linkage, amplitude: Mapping[str, float]) -> str:
+    """Write how far inputs move, by name, in radians or metres."""
+    sliding = linkage.sliding
+    return first_names(
+        [
+            f"{name} {number_text(size, '.3g')} {'m' if name in sliding else 'rad'}"
+            for name, size in amplitude.items()
+        ]
+    )

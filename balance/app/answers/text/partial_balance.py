@@ -19,7 +19,7 @@ from balance.app.answers.text.counterweights import (
     part_lines,
     sliver_facts,
 )
-from balance.app.answers.text.linkage import linkage_facts
+from balance.app.answers.text.linkage import amplitude_text, linkage_facts
 from balance.masses.counterweights.link_regions import default_region
 from balance.masses.counterweights.shaped.across_plane import at_rim
 from balance.masses.partial_balance.budgets import HARDLY_SAVED
@@ -28,7 +28,7 @@ from balance.masses.partial_balance.shaking_problem import ShakingFigures
 from balance.motion.verification.crank_revolution import TURN
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
-from kinematics.wording import first_names, number_text, size_text, unit_text, vector_text
+from kinematics.wording import number_text, size_text, unit_text, vector_text
 
 # Part of a budget from which it is used, and part of the shaking that is not worth a word.
 USED, HARDLY_SHAKES = 0.99, 0.01
@@ -90,12 +90,9 @@ def _motion_fact(front: ParetoFront) -> tuple[str, str]:
                 rpm = number_text(rate * 60.0 / TURN, ".6g")
                 return "motion", f"one revolution of {name} at {rpm} rpm"
     size = np.max([np.abs(motion.u).max(axis=0) for motion in motions], axis=0)
-    sizes = [
-        f"{name} {number_text(most, '.3g')} {'m' if name in linkage.sliding else 'rad'}"
-        for name, most in zip(linkage.inputs, size.tolist(), strict=True)
-    ]
+    sizes = dict(zip(linkage.inputs, size.tolist(), strict=True))
     duration = f"{number_text(max(motion.duration for motion in motions))} s"
-    amplitude = f"amplitude {first_names(sizes)}"
+    amplitude = f"amplitude {amplitude_text(linkage, sizes)}"
     if len(motions) == 1:
         return "motion", f"of {duration}, {amplitude}"
     return "motions", f"{len(motions)} of {duration} each, {amplitude}"

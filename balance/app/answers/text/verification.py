@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from balance.app.answers.answer import AnswerBody, Facts, joined_facts
+from balance.app.answers.text.linkage import amplitude_text
 from balance.motion.verification.comparison import VerificationComparison, round_off_of
 from balance.motion.verification.holding_torques import HoldingTorques
 from balance.motion.verification.verification import HARMONICS, Verification
@@ -127,11 +128,6 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
         ]
     count, number = len(verification.runs), verification.plotted
     origin = "given" if verification.seed is None else f"random, seed {verification.seed}"
-    sliding = verification.linkage.sliding
-    amplitudes = [
-        f"{name} {number_text(size, '.3g')} {'m' if name in sliding else 'rad'}"
-        for name, size in verification.amplitude.items()
-    ]
     loads = ", ".join(
         verification.load_text(part, verification.runs[number].peak(part))
         for part in ("force", "moment")
@@ -139,7 +135,7 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
     return [
         ("motions", f"{count} {origin}; {samples} samples"),
         ("duration", f"{verification.duration:.4g} s" + (" each" if count > 1 else "")),
-        ("amplitude", first_names(amplitudes)),
+        ("amplitude", amplitude_text(verification.linkage, verification.amplitude)),
         ("plotted", f"motion {number + 1} of {count}: peaks {loads}"),
     ]
 

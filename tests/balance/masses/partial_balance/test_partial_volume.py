@@ -347,14 +347,14 @@ def test_matter_is_no_mirror_image_where_the_linkage_is_none(tmp_path):
     problem = build_problem(space, ["crank"], ShakingOptions(regions, [motion]))
     (moments,) = cells_of([read_region(regions["crank"])], STEEL, 3000)
     mirror, R = np.diag([1.0, 1.0, -1.0, 1.0]), problem.program.factor
-    left, places = [], []
+    values, places = [], []
     for parts in (moments, 0.5 * (moments + mirror @ moments @ mirror)):
         A, b = R[:, :-1] @ triangles(parts).T, -R[:, -1]
         cells = lsq_linear(A, b, (0.0, 1.0), tol=1e-10)
-        left.append(np.sqrt(2.0 * cells.cost))
+        values.append(np.sqrt(2.0 * cells.cost))
         # The box is 0.1 m high on each side of the plane.
         places.append(0.1 * cells.x @ parts[:, 2, 3] / (cells.x @ parts[:, 3, 3]))
     (weight,) = found.weights
-    assert found.verdict == "optimal" and found.bound <= left[0] <= 0.995 * left[1]
-    assert found.shaking.objective == pytest.approx(left[0], rel=6e-3)
+    assert found.verdict == "optimal" and found.bound <= values[0] <= 0.995 * values[1]
+    assert found.shaking.objective == pytest.approx(values[0], rel=6e-3)
     assert places[0] > 0.02 and weight.com[2] == pytest.approx(places[0], rel=0.2)

@@ -20,7 +20,12 @@ from balance.app.cli.arguments import Parser, Verbs
 from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.number_arguments import add_workers
-from balance.app.cli.outputs import add_table_option, check_file_folders, describe_written
+from balance.app.cli.outputs import (
+    add_table_option,
+    check_file_folders,
+    describe_written,
+    join_remarks,
+)
 from balance.app.cli.progress import progress_bar
 from balance.app.cli.sweep_export import export_table, row_file
 from balance.app.cli.sweep_study import (
@@ -144,7 +149,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
             write_all_atomic([(arguments.write_study, study.encode())])
         summary = _compute_chunks(arguments, job, file)
         best = _write_best(arguments, file)
-        data = run_data(file, summary, best)
+        data = run_data(file, job, summary, best)
         lines = _next_lines(arguments, file, data)
         if arguments.table is not None:
             with progress_bar("rows", True) as advance:
@@ -154,7 +159,10 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         NEGATIVE if no_best or not data["answered"] else DONE,
         lambda: data,
         lambda: run_body(data, lines, is_study(arguments)),
-        remark=describe_written(arguments, True, without=("out", *["best"] * no_best)),
+        remark=join_remarks(
+            describe_written(arguments, True, without=("out", *["best"] * no_best)),
+            _kept_results_text(arguments, file),
+        ),
     )
 
 
@@ -224,6 +232,14 @@ def _open_results(arguments: argparse.Namespace, job: SweepJob) -> ResultsFile:
     return ResultsFile.resume(
         next(path for path in names if _is_free_or_same_job(path, job)), job
     )
+
+
+def _kept_results_text(arguments: argparse.Namespace, file: ResultsFile) -> str:
+    """Say that results of another request stay, if they have the name of the model."""
+    first = f"{Path(arguments.model).stem}.db"
+    if arguments.out is not None or is_study(arguments) or file.path == first:
+        return ""
+    return f"{first} has another request, and stays: these results are in {file.path}"
 
 
 def _is_free_or_same_job(path: str, job: SweepJob) -> bool:

@@ -209,7 +209,7 @@ def test_the_best_of_equal_rows(folder, lengths, column, text):
 
 def test_masses_that_follow_lengths_are_asked_for_where_they_can_be(folder):
     """By an option of a model, and by an entry of a study, which refuses that option."""
-    words = ["--counterweights", "crank", "--write-study", "study.toml"]
+    words = ["--counterweights", "crank,rocker", "--write-study", "study.toml"]
     done = asked(["sweep", "run", *SOME_CLOSE, *words, *BESIDE])
     assert "length; --vary coupler.mass_per_length=KG_PER_M makes a bar" in done.out
     assert ". --balance force asks for" in done.out

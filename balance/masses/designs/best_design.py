@@ -423,7 +423,7 @@ def _with_answer_anywhere(answer: Design, constraints: Constraints, one_pose: bo
         return replace(without_balls, within=answer.within)
     if answer.verdict == without_balls.verdict:
         return answer
-    text = f"{without_balls.verdict} anywhere"
+    text = f"{without_balls.verdict} anywhere (--anywhere, in Python within=None)"
     if without_balls.z is not None:
         P = matrices_of(answer.space, without_balls.z)
         text = f"{text}: {describe_furthest(answer.space, P, constraints)}"

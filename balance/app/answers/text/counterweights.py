@@ -271,10 +271,17 @@ def counterweight_rows(
     return rows
 
 
-def counterweights_body(counterweights: Counterweights, reduce: str = REDUCE) -> AnswerBody:
-    """Build what is printed on counterweights; see `counterweights_facts`."""
+def counterweights_body(
+    counterweights: Counterweights, reduce: str = REDUCE, following: str = ""
+) -> AnswerBody:
+    """Build what is printed on counterweights; see `counterweights_facts`.
+
+    Args:
+        following: the command that comes next; empty without one.
+    """
     facts = Facts(counterweights_facts(counterweights, reduce), least=1)
-    body: list[AnswerPart] = [counterweights.sentence, "", facts]
+    lead = [f"Next: {following}"] if following else []
+    body: list[AnswerPart] = [counterweights.sentence, *lead, "", facts]
     if counterweights.z is not None:
         digits = _digits_of(counterweights)
         rows = counterweight_rows(counterweights.weights, counterweights.regions, digits=digits)

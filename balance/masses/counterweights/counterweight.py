@@ -62,6 +62,9 @@ class Counterweight:
             is positive in the region, at x in the link frame, metres; its largest entry is 1.
             None for point masses.
         density: that of the matter, kg/m³; None for point masses.
+        arm: distance of a disc, block, cylinder or sector from the nearest joint of its link,
+            in the plane of the linkage, m; None for matter of any shape. What bridges it is
+            not counted.
     """
 
     link: str
@@ -72,6 +75,7 @@ class Counterweight:
     region: Region
     form: Array | None = field(default=None, repr=False)
     density: float | None = None
+    arm: float | None = None
 
     @property
     def cut(self) -> tuple[Array, float] | None:
@@ -136,6 +140,7 @@ class Counterweight:
             "volumes": self.volumes,
             "form": None if self.form is None else self.form.tolist(),
             "density": self.density,
+            "arm": self.arm,
         }
 
 
@@ -172,7 +177,9 @@ def _heaviest_first(lumps: Lumps) -> list[int]:
     return order
 
 
-def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -> Counterweight:
+def filled_counterweight(
+    link: str, stock: Stock, form: Array, moments: Array, arm: float | None = None
+) -> Counterweight:
     """Make the counterweight of a link that fills a part of its region.
 
     Args:
@@ -180,6 +187,7 @@ def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -
         stock: region and density.
         form: matrix (4, 4) in unit coordinates; matter is where it is positive.
         moments: its pseudo-inertia (4, 4), kg, in unit coordinates.
+        arm: distance of a shape from the nearest joint of the link, m.
     """
     place = stock.region.place
     mass, com, inertia = mass_properties(from_pseudo_inertia(place @ moments @ place.T))
@@ -194,6 +202,7 @@ def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -
         stock.region,
         freeze(Q / np.abs(Q).max()),
         stock.density,
+        arm,
     )
 
 

@@ -40,6 +40,8 @@ FRAMES = (
 )
 # Angle of a sector below which no workshop cuts it, and that of one which it does, radians.
 SLIVER, CUT_ANGLE = np.radians(10.0), np.radians(60.0)
+# Length of an arm, over the size of the part, below which the part is at the joint.
+ARM_ZERO = 1e-6
 # What a link gets to which no matter needs to be added.
 NONE_NEEDED = "none needed"
 
@@ -87,7 +89,7 @@ def counterweights_facts(
             added += " (balance reduce --pareto 10 weighs mass against shaking)"
         pairs += moved_facts(counterweights.moved)
         pairs += [("added", added), *_shape_facts(counterweights)]
-        pairs += sliver_facts(counterweights.weights)
+        pairs += shape_facts(counterweights.weights)
         pairs += density_facts(counterweights.weights)
         pairs.append(("residual", size_text(counterweights.residual or 0.0)))
     if counterweights.check:
@@ -181,7 +183,26 @@ def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     return [("density", text)]
 
 
-def sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
+def shape_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
+    """Say which shapes an arm must hold, and which sectors are too narrow to cut."""
+    apart = {
+        weight.link: weight.arm
+        for weight in weights
+        if weight.arm is not None and weight.arm > ARM_ZERO * weight.region.size
+    }
+    pairs = []
+    if apart:
+        parts = [f"{number_text(1e3 * arm)} mm on '{link}'" for link, arm in apart.items()]
+        text = (
+            f"from the nearest joint to the part {', '.join(parts)}; an arm that holds it is "
+            "not counted: add its mass to the link in the file and ask again, or take --shape "
+            "sector=, which reaches the joint"
+        )
+        pairs.append(("arm", text))
+    return pairs + _sliver_facts(weights)
+
+
+def _sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     """Say which sectors are too narrow to cut, and which shapes of the same mass are not.
 
     A disc at the rim lies further out than a narrow sector, whose centre is at two thirds of

@@ -17,7 +17,7 @@ from balance.app.answers.text.counterweights import (
     density_facts,
     moved_facts,
     part_lines,
-    sliver_facts,
+    shape_facts,
 )
 from balance.app.answers.text.linkage import amplitude_text, linkage_facts
 from balance.masses.counterweights.link_regions import default_region
@@ -54,7 +54,7 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
     if best.shaking is not None:
         pairs += _shaking_facts(front, best, best.shaking)
         pairs += moved_facts(best.moved)
-        pairs += [*_shape_facts(front, best), *sliver_facts(best.weights)]
+        pairs += [*_shape_facts(front, best), *shape_facts(best.weights)]
         several = len(front.designs) > 1
         room = _filled_facts(best) if several else _room_facts(best)
         if best.shape is not None:

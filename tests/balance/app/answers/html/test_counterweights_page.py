@@ -29,6 +29,9 @@ def test_changes_in_words():
     assert change_text(5.0, 5.01, "N") == "5 → 5 N (unchanged)"
     assert change_text(135.1, 124.6, "N", worded=True) == "135 → 125 N (8 % less)"
     assert change_text(2.0, 1240.0, "N") == "2 → 1200 N (620 times)"
+    # A load of which some is left is not 100 % less.
+    assert change_text(8.4, 0.0021, "N", worded=True) == "8.4 → 0.0021 N (99.97 % less)"
+    assert change_text(8.4, 1e-6, "N", 1e-9).endswith("(−99.99 %)")
     # What round-off decides is nothing, and nothing has no percentage.
     assert change_text(22.0, 1e-13, "N", 1e-12) == "22 → 0 N (−100 %)"
     assert change_text(1e-13, 3.0, "N", 1e-12) == "0 → 3 N"

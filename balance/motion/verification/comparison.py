@@ -35,7 +35,7 @@ class VerificationComparison(WithPage, WithPicture):
 
     @property
     def sentence(self) -> str:
-        """How the peaks differ, and what is left: ``Shaking force 22 → 1.7 N (92 % less), …``."""
+        """How the peaks differ, and what is left: ``Shaking force 22 → 1.7 N (92 % less)``."""
         here, there = self.after.model, self.before.model
         if here == there:
             here, there = linkage_names([self.after.linkage, self.before.linkage])

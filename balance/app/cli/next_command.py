@@ -130,7 +130,8 @@ def _grown_balls(matter: Counterweights, links: Sequence[str], factor: float) ->
     options = []
     for link in links:
         place = matter.regions[link].place
-        radius = float(number_text(ENOUGH * factor * np.linalg.norm(place[:3, 0]), ".3g"))
+        half = float(np.linalg.norm(place[:3, 0]))
+        radius = float(number_text(ENOUGH * factor * half, ".3g"))
         options += ["--region", f"{link}={ball_region(place[:3, 3], radius).text}"]
     return options
 

@@ -32,7 +32,7 @@ from balance.app.cli.sweep_study import (
     study_of_options,
 )
 from kinematics.error_text import clean, did_you_mean
-from kinematics.errors import FileError, UsageError, WorkerError
+from kinematics.errors import FileError, LinkageError, UsageError, WorkerError
 
 if TYPE_CHECKING:
     from balance.app.answers.text.sweep import Data
@@ -273,13 +273,13 @@ def _row_of_forces(job: SweepJob, file: ResultsFile) -> int | None:
     study = StudyData.from_text(job.description)
     rows = chain.from_iterable(file.batches([REASON]))
     reasons = ((row, reason.partition(": ")[0]) for row, reason in rows if reason)
-    found = ((row, name) for row, name in reasons if name in ("counterweights", "design"))
-    row, name = next(found, (0, ""))
+    unbalanced = ((row, name) for row, name in reasons if name in ("counterweights", "design"))
+    row, name = next(unbalanced, (0, ""))
     if study.balance == "force" or not name:
         return None
     try:
         SweepJob.of_study(replace(study, balance="force")).linkage(row, name)
-    except UsageError:
+    except LinkageError:
         return None
     return row
 

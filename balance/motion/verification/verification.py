@@ -243,6 +243,24 @@ class Verification(WithPage, WithPicture):
         return f"forces {words}" if self.balance == "force" else words
 
     @property
+    def outcome(self) -> str:
+        """Which loads are cancelled, in words; empty if both are left to shake."""
+        if not self.decided:
+            return "no verdict"
+        force, moment = (
+            residual <= self.tolerance
+            for residual in (self.force_residual, self.moment_residual)
+        )
+        if self.balance == "force":
+            return "the force is cancelled, the moment does not count" * force
+        if force and moment:
+            return "no shaking is left"
+        if force or moment:
+            names = ("force", "moment") if force else ("moment", "force")
+            return f"the {names[0]} is cancelled, the {names[1]} is not"
+        return ""
+
+    @property
     def brief(self) -> str:
         """Summary in one line."""
         return (
@@ -357,9 +375,6 @@ class Verification(WithPage, WithPicture):
                 "the motion passes near a singularity, where round-off is amplified: what "
                 f"little is left to shake there may be no more than that{way_out}"
             )
-        if self.balance == "dynamic" and self.decided and not self.balanced:
-            if self.force_residual <= self.tolerance:
-                remarks.append("the forces are balanced, the moment is not (--balance force)")
         if self.crank is not None and not self.crank.periodic:
             remarks.append(
                 f"one revolution of {self.crank.joint} does not bring all joints back: the "

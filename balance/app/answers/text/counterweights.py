@@ -205,8 +205,10 @@ def shape_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
 def _sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     """Say which sectors are too narrow to cut, and which shapes of the same mass are not.
 
-    A disc at the rim lies further out than a narrow sector, whose centre is at two thirds of
-    its radius; a sector of `CUT_ANGLE` and the same mass is nearer to the joint.
+    The centre of a sector of radius R and angle α is at ``2/3 R sin(α/2)/(α/2)`` from the
+    joint. A disc of the same mass has the radius ``R √(α/2π)`` and lies further out, at the
+    rim; a sector of `CUT_ANGLE` has the radius ``R √(α/60°)`` and is nearer to the joint. What
+    they cost is the ratio of these distances: that of the unbalances of one mass.
     """
     pairs = []
     for weight in weights:
@@ -218,10 +220,15 @@ def _sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
         thickness = f"{number_text(2e3 * half)}mm"
         wide = number_text(1e3 * radius * (angle / CUT_ANGLE) ** 0.5, ".2g")
         turn = number_text(np.degrees(angle), ".2g")
+        narrow = np.sinc(0.5 * angle / np.pi)
+        far = 1.5 * (1.0 - (0.5 * angle / np.pi) ** 0.5) / narrow
+        near = (angle / CUT_ANGLE) ** 0.5 * np.sinc(0.5 * CUT_ANGLE / np.pi) / narrow
         text = (
             f"a sector of {turn}° on '{weight.link}' is too narrow to cut: take --shape "
-            f"disc={thickness}, which may lie further out, or, nearer to the joint with "
-            f"{np.degrees(CUT_ANGLE):.0f}°, --shape sector={thickness},{wide}mm"
+            f"disc={thickness} (the same mass at the rim has {number_text(far, '.2g')} times "
+            f"the unbalance), or, with {np.degrees(CUT_ANGLE):.0f}°, --shape "
+            f"sector={thickness},{wide}mm (the same mass has {number_text(near, '.2g')} times "
+            "the unbalance)"
         )
         pairs.append(("sliver", text))
     return pairs

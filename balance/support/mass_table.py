@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
+import numpy as np
+
+from balance.support.vector_digits import vector_digits
 from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, without_round_off
 
 # Grams in a kilogram, and millimetres in a metre; kg mm² in kg m².
 PER_SI, INERTIA_PER_SI = 1e3, 1e6
 DIGITS = ".4g"
+# Of the largest moment of a link: a solver leaves small ones at its accuracy.
+MOMENT_DIGITS = 4
 HEAD = ("link", "mass (g)", "x (mm)", "y (mm)", "z (mm)")
 MOMENTS = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 # Rows and columns of these moments.
@@ -50,7 +55,7 @@ class MassRow(NamedTuple):
     @property
     def moments(self) -> tuple[float, ...]:
         """Ixx, Iyy, Izz, Ixy, Ixz, Iyz, kg mm²."""
-        return tuple(self[len(HEAD) :])
+        return (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
 
 
 class MassTable(tuple[MassRow, ...]):
@@ -65,15 +70,16 @@ class MassTable(tuple[MassRow, ...]):
     def __repr__(self) -> str:
         """Lines of columns, their head first; or that there are none, and the verdict.
 
-        Moments of inertia that are zero for all links have no column.
+        Moments of inertia that are zero for all links, to the digits that are written, have no
+        column.
         """
         if not self:
             return f"no masses: {self.verdict}".removesuffix(": ")
-        shown = [k for k in range(len(MOMENTS)) if any(row.moments[k] for row in self)]
-        heads = [f"{MOMENTS[k]} (kg mm²)" for k in shown]
-        rows = [(*HEAD, *heads)]
-        for row in self:
-            rows.append((*_texts(row), *(number_text(row.moments[k], DIGITS) for k in shown)))
+        moments = [_moment_texts(row) for row in self]
+        shown = [k for k in range(len(MOMENTS)) if any(texts[k] != "0" for texts in moments)]
+        rows = [(*HEAD, *(f"{MOMENTS[k]} (kg mm²)" for k in shown))]
+        for row, texts in zip(self, moments, strict=True):
+            rows.append((*_texts(row), *(texts[k] for k in shown)))
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         return "\n".join(
             "  ".join(
@@ -121,4 +127,10 @@ def mass_table(
 
 
 def _texts(row: MassRow) -> tuple[str, ...]:
-    return (row.link, *(number_text(x, DIGITS) for x in row[1 : len(HEAD)]))
+    return (row.link, *(number_text(x, DIGITS) for x in (row.mass, row.x, row.y, row.z)))
+
+
+def _moment_texts(row: MassRow) -> tuple[str, ...]:
+    """Write moments of inertia to the last decimal place of the largest one."""
+    digits = vector_digits(np.array(row.moments), MOMENT_DIGITS).split(", ")
+    return tuple(number_text(float(text), DIGITS) for text in digits)

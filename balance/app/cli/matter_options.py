@@ -36,7 +36,7 @@ def add_matter_options(parser: Parser, purpose: str, required: bool = False) -> 
         type=_link_region,
         default=[],
         metavar="L=SHAPE",
-        help="ball(x,y,z,r), box(x0:x1,y0:y1,z0:z1), mesh(F) …",
+        help="ball(x,y,z,r), box … (half L's length about joint)",
     )
 
 

@@ -210,7 +210,8 @@ def added_mass_table(
     weights: Sequence[Counterweight], length: float, verdict: str
 ) -> MassTable:
     """Make the table of counterweights; see `balance.support.mass_table.mass_table`."""
-    return mass_table(((each.link, each.mass, each.com) for each in weights), length, verdict)
+    rows = ((each.link, each.mass, each.com, each.inertia) for each in weights)
+    return mass_table(rows, length, verdict)
 
 
 def net_mass(weights: Sequence[Counterweight], moved: Mapping[str, float]) -> float:

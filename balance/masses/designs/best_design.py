@@ -212,8 +212,15 @@ class Design(WithPage, WithPicture):
         return write_file(path, replace_inertials(self.space.linkage, elements))
 
     def to_table(self) -> MassTable:
-        """Return mass, g, and centre of mass in the link frame, mm, of each body; or none."""
-        rows = ((body.name, body.mass, body.link_com) for body in self.bodies)
+        """Return mass, g, centre of mass, mm, and inertia about it, kg mm², of each body.
+
+        Returns:
+            Rows ``link, mass, x, y, z, ixx, iyy, izz, ixy, ixz, iyz`` in the link frames, which
+            are printed as a table; none if there is no design.
+        """
+        rows = (
+            (body.name, body.mass, body.link_com, body.link_inertia) for body in self.bodies
+        )
         return mass_table(rows, self.space.length, self.words)
 
     def to_dict(self) -> dict[str, object]:

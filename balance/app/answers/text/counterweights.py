@@ -18,6 +18,7 @@ from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.designs.density import STEEL
 from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.support.change_text import grows
+from balance.support.mass_table import ENTRIES
 from balance.support.tolerances import FILLING_GAP, MASS_GAP, MASSES_EQUAL
 from balance.support.vector_digits import vector_digits
 from kinematics.numerics.linalg.ties import first_largest, round_decimals
@@ -29,8 +30,6 @@ DIGITS = 5
 # The same where moments of inertia are least, and those of the moments then: the optimum is
 # known to 1e-4, and flat.
 ROUGH_DIGITS, MOMENT_DIGITS = 3, 2
-# Rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
-ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 # Added mass, over the given mass, above which partial balance is named.
 MUCH_ADDED = 3.0
 # Of which frame places are.

@@ -25,7 +25,7 @@ from balance.masses.counterweights.shaped.across_plane import at_rim
 from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
-from balance.motion.verification.crank_revolution import TURN
+from balance.motion.verification.crank_revolution import TURN, Crank
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, unit_text, vector_text
@@ -87,8 +87,7 @@ def _motion_fact(front: ParetoFront) -> tuple[str, str]:
             rate, turn = float(ud[0, k]), abs(float(u[-1, k] - u[0, k])) / TURN
             steady = np.abs(ud[:, k] - rate).max() <= STEADY * abs(rate)
             if rate and steady and name not in linkage.sliding and abs(turn - 1.0) <= STEADY:
-                rpm = number_text(rate * 60.0 / TURN, ".6g")
-                return "motion", f"one revolution of {name} at {rpm} rpm"
+                return "motion", Crank(name, rate, periodic=True).words
     size = np.max([np.abs(motion.u).max(axis=0) for motion in motions], axis=0)
     sizes = dict(zip(linkage.inputs, size.tolist(), strict=True))
     duration = f"{number_text(max(motion.duration for motion in motions))} s"

@@ -127,8 +127,7 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
         return [
             (
                 "motion",
-                f"one revolution of {crank.joint} at {crank.rpm:.6g} rpm "
-                f"({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps",
+                f"{crank.words} ({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps",
             ),
             ("duration", f"{verification.duration:.4g} s"),
         ]

@@ -24,6 +24,7 @@ from balance.masses.counterweights.regions import Region
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.csv_text import csv_writer
 from balance.support.dxf import polylines_dxf
+from balance.support.mass_table import ENTRIES
 from balance.support.tolerances import PART_MOMENTS
 from kinematics.error_text import quoted
 from kinematics.model.linkage import Notice
@@ -47,8 +48,6 @@ MEANINGS = {
     "along_x_mm": "size of the part along the axes of the link (x, y, z)",
     "ixx_kg_m2": "moments of inertia about the centre of mass (xx, yy, zz, xy, xz, yz)",
 }
-# Rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
-ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 
 # Significant digits of the table: a mesh in single precision has no more.
 DIGITS = 8

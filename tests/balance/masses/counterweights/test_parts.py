@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 
 import numpy as np
 import pytest
@@ -167,6 +168,32 @@ def test_the_hole_of_a_ring_is_in_the_table_and_in_the_drawing():
     assert area == pytest.approx(np.pi * (50.0**2 - 30.0**2), rel=1e-6)
     izz = 0.5 * STEEL * np.pi * 0.02 * (0.05**4 - 0.03**4)
     assert row["izz_kg_m2"] == pytest.approx(izz, rel=1e-5)
+
+
+@pytest.mark.parametrize("axis", ["1,0,0", "0,1,0", "0,3,4"])
+def test_axes_of_a_drawing_are_those_that_are_named(axis):
+    """The mesh, seen along the axes that `README.txt` names, covers the outline."""
+    region = read_region(f"cylinder(0.1,0.2,0.3,{axis},0.05,0.02)")
+    half = np.zeros((4, 4))
+    half[0, 3] = half[3, 0] = 0.3
+    half[1, 3] = half[3, 1] = 0.4
+    half[3, 3] = 0.2
+    stock = Stock(region, STEEL)
+    weight = filled_counterweight("l1", stock, half, fill(stock, half))
+    files = part_files(parts_of([weight]))
+    (line,) = re.findall(
+        r"l1\.dxf: x is \((.*)\) and y is \((.*)\) of l1", files["README.txt"].decode()
+    )
+    axes = np.array([[float(x) for x in text.split(",")] for text in line])
+    mesh = trimesh.load(io.BytesIO(files["l1.stl"]), file_type="stl")
+    seen = mesh.vertices @ axes.T
+    area, moment = outline_moments(files["l1.dxf"])
+    np.testing.assert_allclose(moment / area, 0.0, atol=1e-4)
+    # Second moments of the outline are of this part alone, and differ if an axis is turned.
+    corners = curves_of(files["l1.dxf"])[0][:, :2]
+    distance = np.linalg.norm(corners[:, None] - seen, axis=-1).min(axis=1)
+    assert distance.max() < 1e-2
+    assert np.linalg.norm(corners[:, None] * [1, -1] - seen, axis=-1).min(axis=1).max() > 1.0
 
 
 @pytest.mark.parametrize("shape", ["disc=0.02", "sector=0.02", "cylinder=0.03"])

@@ -139,7 +139,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             arguments.links,
             dict(arguments.region),
             arguments.minimise,
-            density=densities_of(arguments, names_of_links(space, arguments.links)),
+            density=densities_of(arguments, names_of_links(space.linkage, arguments.links)),
             thickness=arguments.thickness,
             price_of_mass=IDLE_MASS_PRICE if given is None else given,
             shape=arguments.shape,

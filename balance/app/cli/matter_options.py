@@ -30,6 +30,11 @@ def add_matter_options(parser: Parser, purpose: str, required: bool = False) -> 
     )
     # Not argparse's own word, which could not say which links there are.
     links.asked_for = required  # type: ignore[attr-defined]
+    add_region_option(group)
+
+
+def add_region_option(group: argparse._ActionsContainer) -> None:
+    """Add the option for the region of a link."""
     group.add_argument(
         "--region",
         action="append",
@@ -72,14 +77,19 @@ def add_merge_option(parser: Parser) -> None:
 
 def check_matter_options(arguments: argparse.Namespace) -> None:
     """End the command with code 2 if a link has two regions, or nothing is to be merged."""
-    names = [name for name, _ in arguments.region]
-    for name in names:
-        if names.count(name) > 1:
-            arguments.refuse(f"link '{name}' has two regions: give one")
+    check_regions(arguments)
     if getattr(arguments, "merge", False) and not arguments.out:
         arguments.refuse("--merge needs --out")
     if getattr(arguments, "move", None) and arguments.payload is not None:
         arguments.refuse("--move does not go with --payload, which is no mass of a link")
+
+
+def check_regions(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if a link has two regions."""
+    names = [name for name, _ in arguments.region]
+    for name in names:
+        if names.count(name) > 1:
+            arguments.refuse(f"link '{name}' has two regions: give one")
 
 
 class _AddNames(argparse.Action):

@@ -86,7 +86,7 @@ def make_parts(
 def notices_of_parts(
     arguments: argparse.Namespace, parts: tuple[CounterweightPart, ...]
 ) -> tuple[Notice, ...]:
-    """Tell which parts have no outline, no exact solid, or a mesh that is not quite theirs."""
+    """Tell what is wrong with parts; see `part_notices` of the parts."""
     if not parts:
         return ()
     from balance.masses.counterweights.parts.part_files import part_notices

@@ -339,7 +339,7 @@ def _front(
             "minimise": arguments.minimise or OBJECTIVES[0],
             "move": dict(arguments.move),
             "shape": arguments.shape,
-            "density": densities_of(arguments, names_of_links(space, arguments.links)),
+            "density": densities_of(arguments, names_of_links(space.linkage, arguments.links)),
         }
         links, given = arguments.links, ShakingOptions(**options)
         if arguments.pareto is None:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # Largest number of a row.
 MAX_ROW = 10**12
+# Values of --added: the masses given, and quantities with others.
+GIVEN, ADDED = "none", ("counterweights", "reduce", "design")
 EXPORTS = (".csv", ".xlsx", ".parquet", ".urdf")
 
 
@@ -45,6 +47,12 @@ def add_export(kinds: Verbs) -> None:
         metavar="N",
         help="the row that is written as URDF; its number is that of sweep show",
     )
+    parser.add_argument(
+        "--added",
+        choices=(GIVEN, *ADDED),
+        help="with --row: the masses of the file, none for those given (default: the first "
+        "that the row has)",
+    )
     add_json_option(parser, _export)
 
 
@@ -57,13 +65,15 @@ def _export(arguments: argparse.Namespace) -> Answer:
     urdf = arguments.out.lower().endswith(".urdf")
     if urdf != (arguments.row is not None):
         arguments.refuse("--row N and --out FILE.urdf need each other: one row is one linkage")
+    if arguments.added is not None and not urdf:
+        arguments.refuse("--added goes with --row N: a table has the numbers of all")
     from balance.app.answers.text.sweep import export_body, export_data
     from balance.studies.runs.results_file import ResultsFile
     from balance.support.atomic_files import write_all_atomic
 
     with ResultsFile.open(arguments.results) as file, progress_bar("rows", True) as advance:
         if urdf:
-            content, added = row_file(file, arguments.row)
+            content, added = row_file(file, arguments.row, added=arguments.added)
             write_all_atomic([(arguments.out, content)])
             data = export_data(file, arguments.out, 1, arguments.row, added)
         else:
@@ -81,11 +91,14 @@ def export_table(file: ResultsFile, path: str, advance: Callable[[int, int], Non
     return write(file, path, advance)
 
 
-def row_file(file: ResultsFile, row: int, column: str = "") -> tuple[bytes, str]:
+def row_file(
+    file: ResultsFile, row: int, column: str = "", added: str | None = None
+) -> tuple[bytes, str]:
     """Write the linkage of one row as URDF.
 
     Args:
         column: see `balance.studies.sweeps.job.SweepJob.completed`.
+        added: the quantity of its masses, or `GIVEN`; None for what the column asks for.
 
     Returns:
         The file; and the quantity of its masses, empty for those given.
@@ -100,7 +113,11 @@ def row_file(file: ResultsFile, row: int, column: str = "") -> tuple[bytes, str]
         remedy = "balance discover export writes its members"
         raise FileError(file.path, "", "is no file of a sweep", remedy)
     job = SweepJob.from_description(file.about["description"])
-    linkage, added = job.completed(row, column)
+    if added is None:
+        linkage, added = job.completed(row, column)
+    else:
+        added = "" if added == GIVEN else added
+        linkage = job.linkage(row, added)
     return linkage.to_urdf().encode(), added
 
 

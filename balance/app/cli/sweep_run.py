@@ -21,7 +21,12 @@ from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.next_command import without_options
 from balance.app.cli.number_arguments import add_workers
-from balance.app.cli.outputs import add_table_option, check_file_folders, describe_written
+from balance.app.cli.outputs import (
+    add_table_option,
+    check_file_folders,
+    describe_written,
+    join_remarks,
+)
 from balance.app.cli.progress import progress_bar
 from balance.app.cli.sweep_export import export_table, row_file
 from balance.app.cli.sweep_study import (
@@ -147,7 +152,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
             write_all_atomic([(arguments.write_study, study.encode())])
         summary = _compute_chunks(arguments, job, file)
         best = _write_best(arguments, file)
-        data = run_data(file, summary, best)
+        data = run_data(file, job, summary, best)
         force_row = None if data["answered"] else _row_of_forces(job, file)
         lines = _next_lines(arguments, file, data, force_row)
         if arguments.table is not None:
@@ -158,7 +163,10 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         NEGATIVE if no_best or not data["answered"] else DONE,
         lambda: data,
         lambda: run_body(data, lines, is_study(arguments), force_row),
-        remark=describe_written(arguments, True, without=("out", *["best"] * no_best)),
+        remark=join_remarks(
+            describe_written(arguments, True, without=("out", *["best"] * no_best)),
+            _kept_results_text(arguments, file),
+        ),
     )
 
 
@@ -228,6 +236,14 @@ def _open_results(arguments: argparse.Namespace, job: SweepJob) -> ResultsFile:
     return ResultsFile.resume(
         next(path for path in names if _is_free_or_same_job(path, job)), job
     )
+
+
+def _kept_results_text(arguments: argparse.Namespace, file: ResultsFile) -> str:
+    """Say that results of another request stay, if they have the name of the model."""
+    first = f"{Path(arguments.model).stem}.db"
+    if arguments.out is not None or is_study(arguments) or file.path == first:
+        return ""
+    return f"{first} has another request, and stays: these results are in {file.path}"
 
 
 def _is_free_or_same_job(path: str, job: SweepJob) -> bool:

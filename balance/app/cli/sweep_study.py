@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from balance.app.cli.arguments import Parser
+from balance.app.cli.matter_options import add_region_option, check_regions
 from balance.app.cli.model_options import check_units, parse_names
 from balance.app.cli.motion_source import read_speed
 from balance.app.cli.number_arguments import positive_quantity
@@ -41,7 +42,9 @@ MODEL_KEYS: dict[str, Any] = {
     "ground": None,
 }
 # Other options that a study has entries for.
-STUDY_OPTIONS = ("vary", "compute", "counterweights", "reduce", "budget", "speed", "entries")
+STUDY_OPTIONS = (
+    *("vary", "compute", "counterweights", "reduce", "budget", "region", "speed", "entries"),
+)
 # Options that are tables of a study.
 TABLE_OPTIONS = {"parameters": "--vary", "compute": "--compute"}
 # Quantities that need more than their name, and the option with it.
@@ -85,6 +88,7 @@ def add_study_options(parser: Parser) -> None:
         help="with --reduce: most mass to add",
     )
     budget.told_beside = True  # type: ignore[attr-defined]
+    add_region_option(study)
     study.add_argument(
         "--speed",
         type=_crank_speed,
@@ -135,6 +139,7 @@ def check_study_options(arguments: argparse.Namespace) -> None:
         arguments.refuse(f"nothing varies: give --vary, such as {_vary_text(arguments)}")
     if (arguments.reduce is None) != (arguments.budget is None):
         arguments.refuse("--reduce L1,L2 and --budget KG need each other")
+    _check_matter_regions(arguments)
     paths = [path for path, _ in arguments.vary]
     if twice := [path for path in paths if paths.count(path) > 1]:
         arguments.refuse(f"--vary {twice[0]} is given twice: give all its values in one")
@@ -144,6 +149,28 @@ def check_study_options(arguments: argparse.Namespace) -> None:
         )
         if name in arguments.compute and not has_option:
             arguments.refuse(f"--compute {name}: it needs {option}")
+
+
+def _check_matter_regions(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if a region is for a link that gets no matter."""
+    from balance.masses.counterweights.link_regions import ALL
+
+    check_regions(arguments)
+    links = [*(arguments.counterweights or ()), *(arguments.reduce or ())]
+    for name, _ in arguments.region:
+        if name not in links and ALL not in links:
+            arguments.refuse(
+                f"--region {clean(name)}: nothing is added to this link: name it in "
+                "--counterweights or --reduce"
+            )
+
+
+def _regions_on(links: list[str], arguments: argparse.Namespace) -> dict[str, dict[str, str]]:
+    """Entry of the regions of the options for these links; empty if they have none."""
+    from balance.masses.counterweights.link_regions import ALL
+
+    regions = {k: v for k, v in arguments.region if k in links or ALL in links}
+    return {"regions": regions} if regions else {}
 
 
 def _source(quantity: str) -> str:
@@ -196,9 +223,11 @@ def _tables(arguments: argparse.Namespace) -> Tables:
     if arguments.spatial:
         compute["spatial"] = True
     if arguments.counterweights is not None:
-        compute["counterweights"] = {"links": arguments.counterweights}
+        links = arguments.counterweights
+        compute["counterweights"] = {"links": links} | _regions_on(links, arguments)
     if arguments.reduce is not None:
-        compute["reduce"] = {"links": arguments.reduce, "budget": arguments.budget}
+        links, budget = arguments.reduce, {"budget": arguments.budget}
+        compute["reduce"] = {"links": links} | budget | _regions_on(links, arguments)
     if arguments.speed is not None:
         crank, speed = arguments.speed
         compute["shaking"] = {"speed": speed} | ({"crank": crank} if crank else {})

@@ -28,6 +28,9 @@ DENSITIES = {name: MATERIALS[name] for name in ("steel", "tungsten")}
 MOST_LUMPS = 4
 """Most lumps of a counterweight that are listed one by one."""
 
+SLIVER = np.radians(10.0)
+"""Angle of a sector below which no workshop cuts it, radians."""
+
 NORMAL_DIGITS = 3
 """Decimals of the normal of a plane that bounds a counterweight: a flat minimum leaves it free
 to about 1e-4."""
@@ -110,6 +113,11 @@ class Counterweight:
     def share(self) -> float:
         """Part of the region that is filled; 0 for point masses."""
         return 0.0 if self.density is None else self.mean_density / self.density
+
+    @property
+    def too_narrow(self) -> bool:
+        """Whether it is a sector that no workshop cuts."""
+        return self.region.kind == "sector" and 2.0 * self.region.half_angle < SLIVER
 
     @property
     def moments(self) -> Array:
@@ -235,6 +243,16 @@ def change_words(
         return f"{number_text(net)} kg added to {number_text(given_mass)} kg"
     added = f"{number_text(net)} kg" if net else "nothing"
     return f"{moved_text(moved)}, with {added} added to {number_text(given_mass)} kg,"
+
+
+def sliver_sentence(weights: Sequence[Counterweight]) -> str:
+    """Say which sectors are too narrow to cut, after another sentence; empty without any."""
+    names = [f"'{weight.link}'" for weight in weights if weight.too_narrow]
+    if not names:
+        return ""
+    many = len(names) > 1
+    what = f"The sector{'s' * many} on {' and '.join(names)} {'are' if many else 'is'}"
+    return f" {what} too narrow to cut."
 
 
 def moved_text(moved: Mapping[str, float]) -> str:

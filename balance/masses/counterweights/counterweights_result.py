@@ -14,6 +14,7 @@ from balance.masses.counterweights.counterweight import (
     change_words,
     moved_text,
     net_mass,
+    sliver_sentence,
 )
 from balance.masses.counterweights.exclusion import Exclusion, quoted_names
 from balance.masses.counterweights.link_regions import ALL
@@ -232,9 +233,9 @@ class Counterweights(WithPage, WithPicture):
         moved = moved_text(self.moved)
         added = f"{moved}, {mass_added_text(self.added_mass)}".removeprefix(", ")
         if self.along is not None:
-            return f"{self.along.words}, {added}."
+            return f"{self.along.words}, {added}.{sliver_sentence(self.weights)}"
         text = balanced_text(self.space)
-        return f"{text[0].upper()}{text[1:]}, {added}."
+        return f"{text[0].upper()}{text[1:]}, {added}.{sliver_sentence(self.weights)}"
 
     def to_urdf(self, path: str | PathLike[str] | None = None, *, merge: bool = False) -> bytes:
         """Return the file of the linkage with the counterweights, and no other change.

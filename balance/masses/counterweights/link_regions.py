@@ -20,7 +20,7 @@ from balance.support.tolerances import COORDINATE_ROUND_OFF, LINK_LENGTH_ZERO
 from kinematics.errors import BodyError, UsageError
 from kinematics.files.urdf.robot_tree import pose_matrix
 from kinematics.model.document.element import Element
-from kinematics.model.linkage import GROUND, Notice
+from kinematics.model.linkage import GROUND, Linkage, Notice
 from kinematics.numerics.array_types import Array
 
 COLLISION = "collision"
@@ -57,7 +57,7 @@ def regions_of(
     """
     if not links:
         raise UsageError("no link to add matter to: name at least one")
-    links = names_of_links(space, links)
+    links = names_of_links(space.linkage, links)
     for k, name in enumerate(links):
         _check_body(space, name)
         if name in links[:k]:
@@ -73,15 +73,15 @@ def regions_of(
     return {b: _region_of(space, b, chosen[b]) for b in sorted(chosen)}
 
 
-def names_of_links(space: DesignSpace, links: Sequence[str]) -> Sequence[str]:
+def names_of_links(linkage: Linkage, links: Sequence[str]) -> Sequence[str]:
     """Return the names of links to which matter may be added; ``("all",)`` means all bodies.
 
     One text has names parted by commas, as on the command line.
     """
     if isinstance(links, str):
         links = [name.strip() for name in links.split(",")]
-    every = tuple(links) == (ALL,) and ALL not in space.linkage.places
-    return space.bodies if every else links
+    every = tuple(links) == (ALL,) and ALL not in linkage.places
+    return linkage.body_names if every else links
 
 
 def default_region(space: DesignSpace, body: int) -> Region:

@@ -203,7 +203,7 @@ def moved_links(
         UsageError: a share is not above 0 and at most 1.
     """
     shares, names = dict(move or {}), [space.bodies[b] for b in regions]
-    if len(shares) == 1 and names_of_links(space, tuple(shares)) == space.bodies:
+    if len(shares) == 1 and names_of_links(space.linkage, tuple(shares)) == space.bodies:
         shares = dict.fromkeys(names, *shares.values())
     for name, share in shares.items():
         if name not in names:

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.designs.density import STEEL
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.designs.write_urdf import append_to_file, replace_inertials
 from balance.space.inertial_parameters.body_inertia import inertial_element, written_inertia
@@ -75,8 +76,9 @@ def with_counterweights(
     """Return the linkage's URDF file with counterweights.
 
     Each lump is a link of its own on a fixed joint, without inertia about its centre. A
-    counterweight of more lumps than are listed is one link with its inertia. These elements
-    stand before the end tag of the file. With ``merge``, the counterweights are in the
+    counterweight of more lumps than are listed is one link with its inertia. Each is drawn as a
+    ball of its volume, of steel if it has no density. These elements stand before the end tag
+    of the file. With ``merge``, the counterweights are in the
     ``<inertial>`` of their links instead; see `replace_inertials`. One that has a mesh is a
     link with ``<visual>`` and ``<collision>``, merged ones too; a whole ball, box or cylinder
     is that primitive. A link from which a share of its mass is moved keeps the rest of it; one
@@ -175,7 +177,7 @@ def _own_links(
         tensor = written_inertia(inertia)
         inertial = None if merged else make_elements.inertial(mass, tensor, at)
         link = make_elements.link(name, inertial)
-        yield Element("link", link.attributes, (*link.children, *_shapes(weight, mesh)))
+        yield Element("link", link.attributes, (*link.children, *_shapes(weight, mesh, mass)))
         ends = (
             make_elements.origin(pose),
             Element("parent", {"link": weight.link}),
@@ -184,10 +186,17 @@ def _own_links(
         yield Element("joint", {"name": f"{name}_joint", "type": "fixed"}, ends)
 
 
-def _shapes(weight: Counterweight, mesh: str | None) -> tuple[Element, ...]:
-    """Make ``<visual>`` and ``<collision>`` about the centre of mass of a counterweight."""
+def _shapes(weight: Counterweight, mesh: str | None, mass: float) -> tuple[Element, ...]:
+    """Make ``<visual>`` and ``<collision>`` about the centre of mass of a counterweight.
+
+    Args:
+        mesh: path of its mesh; without one it is drawn as a ball, which collides with nothing.
+        mass: kg, of the counterweight or of the lump.
+    """
     if mesh is None:
-        return ()
+        radius = (0.75 * mass / (weight.density or STEEL) / np.pi) ** (1.0 / 3.0)
+        ball = Element("geometry", {}, (Element("sphere", {"radius": f"{radius:.4g}"}),))
+        return (Element("visual", {}, (make_elements.origin(np.eye(4)), ball)),)
     pose, shape = _primitive(weight) or (
         np.eye(4),
         Element("mesh", {"filename": mesh, "scale": number_words([1e-3] * 3)}),

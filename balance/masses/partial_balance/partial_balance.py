@@ -13,6 +13,7 @@ from balance.masses.counterweights.counterweight import (
     added_mass_table,
     moved_text,
     net_mass,
+    sliver_sentence,
 )
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.write_counterweights import counterweights_file
@@ -137,7 +138,7 @@ class PartialBalance(WithPage, WithPicture):
             loads.insert(0, f"{self.front.objective} {self._change('objective', unit)}")
         moved = moved_text(self.moved)
         text = f"{', '.join([*loads, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
-        return f"{text[0].upper()}{text[1:]}"
+        return f"{text[0].upper()}{text[1:]}{sliver_sentence(self.weights)}"
 
     def _change(self, part: str, unit: str) -> str:
         """Write a figure before and after; what the solver does not determine is 0."""

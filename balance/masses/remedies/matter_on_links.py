@@ -127,7 +127,8 @@ def _root_mean_squares(linkage: Linkage, motions: Sequence[Trajectory]) -> tuple
 def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Add the matter within a budget that lets a linkage shake least; see `balance.partial`.
 
-    The residual is the root mean square of the shaking over that of the file.
+    The residual is the root mean square of the shaking over that of the file; details have
+    those of force and moment.
 
     Yields:
         One result.
@@ -154,5 +155,13 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     made = load(document, None, request.linkage.inputs, angles=request.angles)
     reason = design.words + places_text(design.weights)
     reason += rim_text(design.weights, request.links, "leave less")
-    done = replace(blank, verdict="partial", reason=reason, residual=residual, urdf=urdf)
+    details = {
+        f"{part}_{when}": getattr(figures, part)
+        for part in ("force", "moment")
+        if getattr(design.given, part) > design.round_off_of(part)
+        for when, figures in (("before", design.given), ("after", design.shaking))
+    }
+    done = replace(
+        blank, verdict="partial", reason=reason, residual=residual, urdf=urdf, details=details
+    )
     yield with_cost(request, done, design.mass, made, request.motion)

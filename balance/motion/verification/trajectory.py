@@ -9,7 +9,7 @@ motion along ``u̇`` (see `kinematics.closure.series`) the rates are
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from balance.motion.motion_tolerances import (
     CONDITIONING_LEAST,
+    CONDITIONING_NOTICE,
     INPUT_RANGE_RELATIVE,
     JOINT_RATE_RATIO,
     MOTION_RETURN,
@@ -112,6 +113,16 @@ class Stop(NamedTuple):
 
     time: float
     share: float
+
+
+def singularity_remark(motions: Iterable[Trajectory]) -> str:
+    """Say that motions pass near a singularity; empty if none does."""
+    if all(motion.conditioning >= CONDITIONING_NOTICE for motion in motions):
+        return ""
+    return (
+        "the motion passes near a singularity, where round-off is amplified: what little is "
+        "left to shake there may be no more than that"
+    )
 
 
 def drive(

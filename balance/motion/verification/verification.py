@@ -16,6 +16,7 @@ from balance.motion.motion_tolerances import (
 from balance.motion.verification.crank_revolution import Crank
 from balance.motion.verification.harmonics import harmonic_peaks
 from balance.motion.verification.run import PARTS, Run
+from balance.motion.verification.trajectory import singularity_remark
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
@@ -369,12 +370,9 @@ class Verification(WithPage, WithPicture):
                 "wrenches are not determined by rigid bodies; bearing forces are those of "
                 "least norm over all joints"
             )
-        if self.conditioning < CONDITIONING_NOTICE:
+        if near := singularity_remark(run.trajectory for run in self.runs):
             way_out = "" if self.decided else "; verify motions that stay clear of it"
-            remarks.append(
-                "the motion passes near a singularity, where round-off is amplified: what "
-                f"little is left to shake there may be no more than that{way_out}"
-            )
+            remarks.append(near + way_out)
         if self.crank is not None and not self.crank.periodic:
             remarks.append(
                 f"one revolution of {self.crank.joint} does not bring all joints back: the "

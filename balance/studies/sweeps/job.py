@@ -19,6 +19,11 @@ from balance.space.many.many_geometries import design_space_many
 from balance.studies.runs.chunk_job import Column, chunk_size
 from balance.studies.sweeps.closing import ClosedGeometries
 from balance.studies.sweeps.geometry import SweptGeometry
+from balance.studies.sweeps.model_values import (
+    FollowingRegion,
+    following_regions,
+    values_in_model,
+)
 from balance.studies.sweeps.plan import Plan
 from balance.studies.sweeps.quantities import (
     RANK_DROP,
@@ -167,6 +172,14 @@ class SweepJob:
             if z is not None:
                 return _with_masses(geometry.linkage, z), name
         return geometry.linkage, ""
+
+    def values_in_model(self) -> dict[str, float]:
+        """See `balance.studies.sweeps.model_values.values_in_model`."""
+        return values_in_model(_plan_of(self.description))
+
+    def following_regions(self) -> list[FollowingRegion]:
+        """See `balance.studies.sweeps.model_values.following_regions`."""
+        return following_regions(_plan_of(self.description))
 
     def _geometry(self, row: int) -> SweptGeometry:
         """Close the loops of a row; raises errors of `linkage`."""

@@ -48,7 +48,7 @@ class Plan:
         self._relations = self._ordered(self._read_relations())
         self.driven = (*study.parameters, *self._relations)
         self._nominal: dict[str, float] = {}
-        places = self._find_places()
+        self._places = places = self._find_places()
         heavy = sorted(
             (path for path, place in places.items() if place.kind in MASSES),
             key=lambda path: MASSES.index(places[path].kind),
@@ -111,6 +111,21 @@ class Plan:
         study = self.study
         values = range_values(study.parameters, study.samples, study.seed, start, stop)
         return self._with_relations(values, stop - start)
+
+    def value_in_model(self, name: str) -> float | None:
+        """Compute the value of a parameter in the model; None for a name that is no path."""
+        place = self._places.get(name)
+        return None if place is None else self._sites.value(place)
+
+    def links_with_moved_joints(self) -> set[str]:
+        """Names of the bodies on which the study moves the origin of a joint or loop."""
+        moved = (
+            self._sites.sites[place.site].link
+            for place in self._places.values()
+            if place.kind == "length" or (place.kind == "origin" and place.component < 3)
+        )
+        links = {self.linkage.places[name].link for name in moved}
+        return {body.name for body in self.linkage.bodies if body.link in links}
 
     def close(self, values: Mapping[str, Array]) -> ClosedGeometries:
         """Close the geometries of some rows.

@@ -39,6 +39,7 @@ from balance.studies.sweeps.swept_reduction import (
     reduce_columns,
     reduce_values,
 )
+from balance.studies.sweeps.weight_columns import ADDED, weight_columns, weight_values
 from balance.support.options import GRAVITY
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import load
@@ -244,23 +245,25 @@ def _design_options(options: Options) -> dict[str, Any]:
 
 
 def _counterweight_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
-    """Name verdict, added mass and objective of counterweights."""
-    columns = Column("counterweights", "text"), Column("added_mass", "real", "kg")
-    if options.get("minimise", "mass") == "mass":
-        return columns
-    return *columns, Column(f"added_{options['minimise']}", "real", "kg m²")
+    """Name verdict, added mass and objective of counterweights, and the weights of links."""
+    columns = [Column("counterweights", "text"), Column("added_mass", "real", "kg")]
+    if options.get("minimise", "mass") != "mass":
+        columns.append(Column(f"added_{options['minimise']}", "real", "kg m²"))
+    return *columns, *weight_columns(linkage, options["links"], ADDED)
 
 
 def _least_counterweights(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
-    """Compute the verdict on counterweights, their mass, and the objective if it is another."""
-    minimise = options.get("minimise", "mass")
+    """Compute the verdict on counterweights, their mass, and the objective if it is another.
+
+    Then mass and place of the weight of each link.
+    """
     answer = geometry.counterweights(_arguments(options))
     if answer.value is None:
         geometry.lacks[COUNTERWEIGHTS] = answer.words
-    feasible = answer.value is not None
-    mass = answer.added_mass if feasible else np.nan
-    value = answer.value if feasible else np.nan
-    return (answer.verdict, mass, value)[: 2 if minimise == "mass" else 3]
+        return (answer.verdict,)
+    objective = [] if options.get("minimise", "mass") == "mass" else [answer.value]
+    weights = weight_values(geometry.linkage, options["links"], answer.weights)
+    return answer.verdict, answer.added_mass, *objective, *weights
 
 
 def _least_shaking(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]:
@@ -268,7 +271,7 @@ def _least_shaking(geometry: SweptGeometry, options: Options) -> tuple[Any, ...]
     answer = geometry.reduction(_arguments(options))
     if answer.shaking is None:
         geometry.lacks[REDUCE] = answer.words
-    return reduce_values(answer)
+    return reduce_values(geometry.linkage, options, answer)
 
 
 def _check_reduce(linkage: Linkage, options: Options) -> None:

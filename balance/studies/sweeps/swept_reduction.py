@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from balance.masses.partial_balance.added_weights import check_budget
 from balance.masses.partial_balance.budgets import partial
 from balance.masses.partial_balance.partial_balance import PartialBalance
@@ -24,6 +22,7 @@ from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.spaces.compute_space import design_space
 from balance.studies.runs.chunk_job import Column
 from balance.studies.sweeps.swept_motion import MOTION_OPTIONS, motion_of_options
+from balance.studies.sweeps.weight_columns import BUDGET, weight_columns, weight_values
 from balance.support.options import Balance
 from kinematics.errors import UsageError
 from kinematics.model.linkage import Linkage
@@ -40,19 +39,23 @@ REDUCE_OPTIONS = tuple(sorted((*REQUEST, *LIMITS, *MOTION_OPTIONS)))
 
 
 def reduce_columns(linkage: Linkage, options: Options) -> tuple[Column, ...]:
-    """Name the verdict, the added mass, and what is left of the objective of the file."""
+    """Name verdict, added mass, what is left of the objective of the file, and the weights."""
     return (
         Column("reduce", "text"),
         Column("budget_used", "real", "kg"),
         Column("share_left", "real"),
+        *weight_columns(linkage, options["links"], BUDGET),
     )
 
 
-def reduce_values(answer: PartialBalance) -> tuple[Any, ...]:
-    """Return verdict, added mass and share; no numbers where no matter keeps the caps."""
+def reduce_values(
+    linkage: Linkage, options: Options, answer: PartialBalance
+) -> tuple[Any, ...]:
+    """Return the values of `reduce_columns`; no numbers where no matter keeps the caps."""
     if answer.shaking is None:
-        return answer.verdict, np.nan, np.nan
-    return answer.verdict, answer.mass, answer.share
+        return (answer.verdict,)
+    weights = weight_values(linkage, options["links"], answer.weights)
+    return answer.verdict, answer.mass, answer.share, *weights
 
 
 def reduction(linkage: Linkage, balance: Balance, options: Options) -> PartialBalance:

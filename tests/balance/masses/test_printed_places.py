@@ -45,6 +45,21 @@ def test_the_table_of_counterweights_is_that_of_the_file():
         np.testing.assert_allclose(row[2:5], place, atol=1e-9)
 
 
+@pytest.mark.parametrize("density", ["steel", 2700.0, None])
+def test_weights_without_parts_are_drawn_as_balls_of_their_volume(density):
+    """Point masses as steel; the balls collide with nothing."""
+    made = balance.counterweights(MODEL, ["crank", "rocker"], balance="force", density=density)
+    robot = ElementTree.fromstring(made.to_urdf())
+    added = [x for x in robot.iter("link") if "_counterweight" in x.get("name")]
+    assert len(added) >= 2
+    for link in added:
+        radius = float(link.find("visual/geometry/sphere").get("radius"))
+        mass = float(link.find("inertial/mass").get("value"))
+        kilograms = 2700.0 if density == 2700.0 else 7850.0
+        assert 4.0 / 3.0 * np.pi * radius**3 * kilograms == pytest.approx(mass, rel=2e-3)
+        assert link.find("collision") is None
+
+
 def test_the_table_of_a_design_is_that_of_the_file():
     best = balance.design("four_bar_antiparallelogram", "mass", bounds={"coupler": (0.5, 2)})
     robot = ElementTree.fromstring(best.to_urdf())

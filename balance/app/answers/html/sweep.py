@@ -17,6 +17,7 @@ from balance.studies.runs.results_file import ResultsFile
 from balance.studies.sweeps.plan import Plan
 from balance.studies.sweeps.study_data import StudyData
 from balance.studies.sweeps.sweep_table import SweepTable
+from balance.studies.sweeps.weight_columns import link_of_column
 from kinematics.error_text import clean
 from kinematics.errors import LinkageError, UsageError
 from kinematics.model.chain import rigid_parts
@@ -108,7 +109,8 @@ def _rows(file: ResultsFile, order: str, descending: bool) -> dict[str, NDArray[
 
 def _page_data(file: ResultsFile, table: dict[str, NDArray[Any]], order: str) -> dict[str, Any]:
     """List the columns that vary and their values, and why rows lack some of them."""
-    columns = [each.column for each in column_ranges(file) if each.varies][:MAX_AXES]
+    varying = [each.column for each in column_ranges(file) if each.varies]
+    columns = sorted(varying, key=lambda column: bool(link_of_column(column.name)))[:MAX_AXES]
     return {
         "rows": table[ROW_NUMBER].tolist(),
         "columns": [

@@ -13,10 +13,12 @@ import numpy as np
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.design import REDUCE, other_ways
 from balance.app.answers.text.linkage import linkage_facts
+from balance.app.answers.text.verification import about_text
 from balance.masses.counterweights.counterweight import DENSITIES, Counterweight
 from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.designs.density import STEEL
 from balance.motion.verification.comparison import peak_change, round_off_of
+from balance.motion.verification.trajectory import singularity_remark
 from balance.support.change_text import grows
 from balance.support.mass_table import ENTRIES
 from balance.support.tolerances import FILLING_GAP, MASS_GAP, MASSES_EQUAL
@@ -37,8 +39,8 @@ FRAMES = (
     "Places, directions and regions are in the link frames of the file, and moments of inertia "
     "along their axes."
 )
-# Angle of a sector below which no workshop cuts it, and that of one which it does, radians.
-SLIVER, CUT_ANGLE = np.radians(10.0), np.radians(60.0)
+# Angle of a sector that a workshop cuts, radians.
+CUT_ANGLE = np.radians(60.0)
 # Length of an arm, over the size of the part, below which the part is at the joint.
 ARM_ZERO = 1e-6
 # What a link gets to which no matter needs to be added.
@@ -60,6 +62,11 @@ def counterweights_facts(
     pairs.append(("verdict", counterweights.words))
     if space.balance == "force" and not space.requirements and counterweights.value is not None:
         pairs.append(("moment", _moment_text(counterweights)))
+    if counterweights.along is not None:
+        pairs.append(("about", about_text(counterweights.along.before)))
+        trajectories = (run.trajectory for run in counterweights.along.before.runs)
+        if near := singularity_remark(trajectories):
+            pairs.append(("note", near))
     if counterweights.verdict == "infeasible":
         pairs += other_ways(space.balance, reduce)
     for name, share in counterweights.movable.items():
@@ -213,7 +220,7 @@ def _sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     for weight in weights:
         region = weight.region
         angle = 2.0 * region.half_angle
-        if region.kind != "sector" or angle >= SLIVER:
+        if not weight.too_narrow:
             continue
         radius, _, half = np.linalg.norm(region.place[:3, :3], axis=0).tolist()
         thickness = f"{number_text(2e3 * half)}mm"

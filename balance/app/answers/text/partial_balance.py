@@ -26,6 +26,7 @@ from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
 from balance.motion.verification.crank_revolution import TURN, Crank
+from balance.motion.verification.trajectory import singularity_remark
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, unit_text, vector_text
@@ -62,6 +63,8 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
         if not several and best.mass >= USED * best.budget > 0.0 and best.share > HARDLY_SHAKES:
             room += [("budget", "used up: --pareto 5 shows what other masses leave")]
         pairs += [*density_facts(best.weights), *room, *_drives(best)]
+    if near := singularity_remark(best.motions):
+        pairs.append(("note", near))
     return pairs
 
 

@@ -5,6 +5,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.app.answers.text.design import REDUCE
 from balance.app.answers.text.linkage import linkage_facts
@@ -219,9 +222,21 @@ def _shaking_text(applied: AppliedRemedy) -> str:
         return size
     if applied.remedy in TORQUE_ALONE:
         return f"torque × {size}"
+    if applied.remedy == "partial":
+        return ", ".join(_ratios(applied.details)) or f"× {size}"
     if "moment_after" in applied.details:
         return f"force 0, moment × {size}"
     return f"× {size}"
+
+
+def _ratios(details: Mapping[str, Any]) -> list[str]:
+    """Write how many times that of the file force and moment are, where the file has any."""
+    ratios = (
+        (part, details[f"{part}_after"] / details[f"{part}_before"])
+        for part in ("force", "moment")
+        if details.get(f"{part}_before")
+    )
+    return [f"{part} × {size_text(ratio, floor=POSE_DETERMINED)}" for part, ratio in ratios]
 
 
 def remedy_rows(

@@ -10,6 +10,7 @@ import numpy as np
 from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Facts
 from balance.studies.runs.column_ranges import column_ranges
 from balance.studies.runs.results_file import ResultsFile
+from balance.studies.sweeps.weight_columns import link_of_column
 from kinematics.errors import UsageError
 from kinematics.wording import count_noun, number_text
 
@@ -216,7 +217,9 @@ def show_body(contents: Data) -> AnswerBody:
     if contents["table"]:
         rows = [[cell_text(value) for value in row] for row in contents["table"]]
         kept = [
-            k for k in range(len(contents["head"])) if k == 0 or any(row[k] for row in rows)
+            k
+            for k, name in enumerate(contents["head"])
+            if k == 0 or (any(row[k] for row in rows) and not link_of_column(name))
         ]
         body += [
             "",
@@ -232,7 +235,11 @@ def moment_facts(units: Sequence[str | None]) -> list[tuple[str, str]]:
 
 def idle_columns(columns: Sequence[Data]) -> list[tuple[str, str]]:
     """Name columns of numbers that tell nothing: no row has a value, or all are round-off."""
-    numbers = [column for column in columns if column["kind"] != "text"]
+    numbers = [
+        column
+        for column in columns
+        if column["kind"] != "text" and not link_of_column(column["name"])
+    ]
     groups = {
         "empty": [column["name"] for column in numbers if column["least"] is None],
         "zero": [column["name"] for column in numbers if column["round_off"]],

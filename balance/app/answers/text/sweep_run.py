@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Sequence
 
 import numpy as np
@@ -23,6 +24,8 @@ from balance.app.answers.text.sweep import (
 )
 from balance.studies.runs.chunk_runs import RunSummary
 from balance.studies.runs.results_file import ResultsFile
+from balance.studies.sweeps.job import SweepJob
+from balance.studies.sweeps.weight_columns import link_of_column
 from balance.support.change_text import UNCHANGED
 from kinematics.wording import count_noun, number_text
 
@@ -30,10 +33,11 @@ from kinematics.wording import count_noun, number_text
 MOST_ROWS, FIRST_ROWS = 25, 10
 
 
-def run_data(file: ResultsFile, summary: RunSummary, best: Data | None) -> Data:
+def run_data(file: ResultsFile, job: SweepJob, summary: RunSummary, best: Data | None) -> Data:
     """Collect what a run has done, and the rows that it shows.
 
     Args:
+        job: the job of the file.
         best: the best row; None if none was asked for. The rows are in its order.
     """
     facts = file_data(file)
@@ -53,6 +57,8 @@ def run_data(file: ResultsFile, summary: RunSummary, best: Data | None) -> Data:
         "lost_workers": summary.lost_workers,
         **contents_data(file, order, largest, count),
         "growths": _find_growths(file),
+        "in_model": [{"name": k, "value": v} for k, v in job.values_in_model().items()],
+        "following_regions": [each._asdict() for each in job.following_regions()],
         "best": best,
     }
 
@@ -69,11 +75,18 @@ def run_body(
         force_row: a row that has an answer for the forces alone, if it was sought and is there.
     """
     units = [column["unit"] for column in run["columns"]]
-    facts = [*file_facts(run), *_progress_facts(run), *moment_facts(units)]
+    facts = [*file_facts(run), *_progress_facts(run), *_model_facts(run)]
+    facts += moment_facts(units)
     equal = [_equal_text(column) for column in run["columns"] if _is_equal(column)]
     if equal and run["results"] > 1:
         facts.append(("in all rows", ", ".join(equal)))
-    facts += [*idle_columns(run["columns"]), *_growth_facts(run), *_mass_facts(run, of_study)]
+    facts += [*idle_columns(run["columns"]), *_cancelled_facts(run, of_study)]
+    facts += [
+        *_growth_facts(run),
+        *_weight_facts(run),
+        *_region_facts(run, of_study),
+        *_mass_facts(run, of_study),
+    ]
     facts += _best_facts(run)
     body: list[AnswerPart] = [Facts(facts)]
     if not run["answered"]:
@@ -119,9 +132,63 @@ def _growth_facts(run: Data) -> list[tuple[str, str]]:
     return pairs
 
 
+def _model_facts(run: Data) -> list[tuple[str, str]]:
+    """Say which values the file of the model has of what varies."""
+    columns = {column["name"]: column for column in run["columns"]}
+    told = []
+    for each in run["in_model"]:
+        column = columns[each["name"]]
+        unit = f" {column['unit']}" if column["unit"] else ""
+        text = f"{each['name']} {cell_text(each['value'])}{unit}"
+        if column["least"] is not None:
+            inside = column["least"] <= each["value"] <= column["most"]
+            text += "" if inside else ", outside the range"
+        told.append(text)
+    return [("in the file", "; ".join(told))] if told else []
+
+
+def _cancelled_facts(run: Data, of_study: bool) -> list[tuple[str, str]]:
+    """Say why no force is left after counterweights, and what leaves some, for less mass."""
+    column = next((x for x in run["columns"] if x["name"] == "rms_force_after"), None)
+    if column is None or column["most"] is None or column["varies"]:
+        return []
+    remedy = "[compute.reduce] with a budget" if of_study else "--reduce L1,L2 --budget KG"
+    what = "counterweights cancel all force wherever there are any"
+    return [("by design", f"{what}; {remedy} leaves some, for less mass")]
+
+
+def _weight_facts(run: Data) -> list[tuple[str, str]]:
+    """Say in which columns the weights are, which the printed table does not have."""
+    names = [column["name"] for column in run["columns"] if link_of_column(column["name"])]
+    if not names:
+        return []
+    links = " and ".join(dict.fromkeys(map(link_of_column, names)))
+    text = f"mass and place of those on {links}: columns {', '.join(names[:2])} … in --table"
+    return [("weights", text)]
+
+
+def _region_facts(run: Data, of_study: bool) -> list[tuple[str, str]]:
+    """Say that the room of a weight follows the length of its link, and what holds it."""
+    regions = {each["link"]: each["text"] for each in run["following_regions"]}
+    if not regions:
+        return []
+    first = run["following_regions"][0]["quantity"]
+    entries = ", ".join(f'{link} = "{text}"' for link, text in regions.items())
+    options = (shlex.quote(f"{link}={text}") for link, text in regions.items())
+    remedy = (
+        f"regions = {{{entries}}} of [compute.{first}]"
+        if of_study
+        else " ".join(f"--region {option}" for option in options)
+    )
+    which = " and ".join(regions)
+    what = f"a ball of half the length of {which}, which grows with it"
+    return [("room", f"{what}; to hold that of the file: {remedy}")]
+
+
 def _mass_facts(run: Data, of_study: bool) -> list[tuple[str, str]]:
     """Say that masses stay where lengths alone vary, and how they follow them."""
-    names = [column["name"] for column in run["columns"]]
+    columns = (column["name"] for column in run["columns"])
+    names = [name for name in columns if not link_of_column(name)]
     links = [name.removesuffix(".length") for name in names if name.endswith(".length")]
     follow = any(re.search(r"\.(mass|mass_per_length|com\.\w|inertia\.\w+)$", x) for x in names)
     if not links or follow:
@@ -151,6 +218,7 @@ def _progress_facts(run: Data) -> list[tuple[str, str]]:
 def _is_equal(column: Data) -> bool:
     """Whether all rows have one value of a column."""
     told = column["least"] is not None and column["name"] != REASON
+    told = told and not link_of_column(column["name"])
     return told and not (column["missing"] or column["varies"] or column["round_off"])
 
 
@@ -163,6 +231,7 @@ def _equal_text(column: Data) -> str:
 def _is_shown(column: Data, rows: int) -> bool:
     """Whether the table has a column: one that tells rows apart, or any of a single row."""
     told = column["least"] is not None and not column["round_off"]
+    told = told and not link_of_column(column["name"])
     return told and (column["varies"] or rows == 1 or column["missing"] > 0)
 
 

@@ -47,7 +47,7 @@ def verification_facts(check: Verification) -> list[tuple[str, str]]:
         ("shaking force", f"{force}; {force_residual} of inertia"),
         ("shaking moment", f"{moment}; {moment_residual} of inertia{_own_middle(check)}"),
         *_harmonic_facts(check),
-        ("about", f"{vector_text(check.point)} m{_middle(check)}"),
+        ("about", about_text(check)),
         *_table_facts(check),
         ("inertia force", f"{unit_text(check.scale, 'N', '.3g')}, the bodies' own at its peak"),
         (
@@ -76,9 +76,10 @@ def _preload_text(verification: Verification) -> str:
     return f"; from {unit_text(least, 'N', '.3g')} up with preload"
 
 
-def _middle(verification: Verification) -> str:
-    """Name the point of the moments if it is the middle of the mechanism."""
-    return ", the middle of the mechanism" if verification.about_middle else ""
+def about_text(verification: Verification) -> str:
+    """Write the point of the moments, and name it if it is the middle of the mechanism."""
+    name = ", the middle of the mechanism" if verification.about_middle else ""
+    return f"{vector_text(verification.point)} m{name}"
 
 
 def _own_middle(verification: Verification) -> str:

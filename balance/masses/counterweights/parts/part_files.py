@@ -268,13 +268,18 @@ def _readme(parts: Sequence[CounterweightPart], columns: Sequence[str]) -> str:
 def part_notices(
     parts: Sequence[CounterweightPart], solids: bool = False
 ) -> tuple[Notice, ...]:
-    """Tell which parts have no outline, no exact solid, or a mesh that is not quite theirs.
+    """Tell which parts are too narrow, or lack an outline, an exact solid or their very mesh.
 
     Args:
         parts: from `parts_of`.
         solids: whether STEP files are wanted.
     """
     notices = []
+    narrow = [part.weight.link for part in parts if part.weight.too_narrow]
+    if narrow:
+        notices.append(
+            Notice("narrow_part", f"too narrow to cut: the part of {quoted(narrow)}")
+        )
     flat = [part.weight.link for part in parts if part.outline is None]
     if flat:
         text = (

@@ -120,8 +120,11 @@ def read_weight_shapes(text: str) -> tuple[WeightShape, ...]:
             f"shape '{text}' has two kinds: ask for one at a time, such as {text.split('/')[0]}"
         )
     if kind in get_args(Kind) and sizes and (kind == "sector" or not comma):
-        lengths = [read_quantity(size, "length") for size in sizes.split("/")]
-        reach = read_quantity(radius, "length") if comma else None
+        try:
+            lengths = [read_quantity(size, "length") for size in sizes.split("/")]
+            reach = read_quantity(radius, "length") if comma else None
+        except UsageError as error:
+            raise UsageError(f"shape '{text}': {error}") from None
         given = [*lengths, *([] if reach is None else [reach])]
         if all(0.0 < length < np.inf for length in given):
             return tuple(

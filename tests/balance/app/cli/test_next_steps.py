@@ -164,6 +164,7 @@ def test_a_moment_that_grows_has_a_note_beside_it():
     force = asked([*words, "--balance", "force", "--speed", "300rpm"]).out
     note = row_of(force, "moment")
     assert "%) N m" not in note and "it grows" in note and "--minimise inertia" in note
+    assert row_of(force, "about").endswith(" m, the middle of the mechanism")
     assert re.search(r"\(\+\d+ %\)", note).group() in force.splitlines()[0]
     words = ["reduce", MODEL, "--links", "crank,rocker", "--points", "--budget", "1"]
     note = row_of(asked(words).out, "moment")

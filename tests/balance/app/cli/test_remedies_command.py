@@ -368,14 +368,16 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
         copies, built=AsBuilt(10.0, 1.0, 4.0, 1.5, 3.2), new_links=("a", "b"), new_joints=("c",)
     )
     force = replace(force, residual=5.5, details={"moment_after": 11.0})
-    results = (copies, force, replace(part, residual=0.75), replace(springs, residual=0.25))
+    loads = dict(force_before=4.0, force_after=3.0, moment_before=2.0, moment_after=2.5)
+    part = replace(part, residual=0.8, details=loads)
+    results = (copies, force, part, replace(springs, residual=0.25))
     found = replace(found, results=results)
     said = remedies_sentence(found)
     assert said.startswith("Build counterweights for the force (2 kg of point masses added, ")
     assert "the linkage; shaking left: force 0, moment × 5.5), or less shaking for a " in said
     assert (
         "less shaking for a budget (1 kg of point masses added, " in said
-        and "left: × 0.75); " in said
+        and "left: force × 0.75, moment × 1.2); " in said
     )
     assert "not worth it: the lightest way (mirrored copies) adds 7 kg with its gears" in said
     assert said.endswith("2 links and 1 joint, at 3.2 times the width.")
@@ -388,7 +390,12 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
         "harmonic_springs",
     ]
     cells = [row[-1] for row in remedy_rows(found)[1:]]
-    assert cells == ["force 0, moment × 5.5", "× 0.75", "-", "torque × 0.25"]
+    assert cells == [
+        "force 0, moment × 5.5",
+        "force × 0.75, moment × 1.2",
+        "-",
+        "torque × 0.25",
+    ]
     alone = replace(found, results=(copies, results[3]))
     said = remedies_sentence(alone)
     assert said.startswith(

@@ -92,6 +92,26 @@ def test_the_file_of_a_row_has_its_counterweights(results):
         assert force < 1e-9 * table["peak_force"][number]
 
 
+def test_the_weights_of_a_row_are_in_the_table(results):
+    """Their mass and first moment are what the file gains over that without them."""
+    table = balance.studies.read_study(results.with_suffix(".toml")).run(workers=0)
+    linkages = []
+    for added in ("none", "counterweights"):
+        path = results.parent / f"{added}.urdf"
+        words = ["--row", "3", "--added", added, "--out", str(path)]
+        assert asked(["sweep", "export", str(results), *words]).code == 0
+        linkages.append(balance.load(str(path)))
+    for before, after in zip(*(linkage.bodies for linkage in linkages), strict=True):
+        gained = after.inertia - before.inertia
+        if before.name == "coupler":
+            assert not gained.any()
+            continue
+        mass, *com = (table[f"{before.name}.added.{k}"][3] for k in ("mass", "x", "y", "z"))
+        assert gained[0] == pytest.approx(mass, rel=1e-9)
+        place = before.frame[:3, :3] @ com + before.frame[:3, 3]
+        assert gained[1:4] == pytest.approx(mass * place, rel=1e-9, abs=1e-12)
+
+
 def test_a_row_without_counterweights_is_written_as_given(tmp_path):
     study = STUDY.replace('"crank", "rocker"]', '"coupler"]')
     (tmp_path / "study.toml").write_text(study, encoding="utf-8")

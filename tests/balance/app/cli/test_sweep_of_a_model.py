@@ -160,6 +160,9 @@ def test_geometries_that_do_not_close(folder):
     assert some["best"]["value"] == max(closed) < 9.0 and (folder / "best.urdf").is_file()
     # Another request has a file of its own.
     assert some["file"] == "four_bar_kite-2.db"
+    done = asked(["sweep", "run", "four_bar_kite", "--vary", "coupler.length=1:9:3", *BESIDE])
+    assert "four_bar_kite.db has another request, and stays" in done.err
+    assert "in four_bar_kite-3.db" in done.err
 
 
 def test_no_counterweights_say_what_helps(folder):
@@ -175,6 +178,53 @@ def test_no_counterweights_say_what_helps(folder):
 
 
 SOME_CLOSE = ("four_bar_general", "--vary", "coupler.length=0.01:1.2:3")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("held", [False, True])
+def test_regions_follow_lengths_unless_they_are_held(folder, held):
+    """Point masses lie on the rim of the region; their moment is affine in the length.
+
+    The rocker carries a share of the coupler at its end, and its own mass stays.
+    """
+    words = ["four_bar_general", "--vary", "rocker.length=0.6:0.9:3", "--balance", "force"]
+    words += [
+        "--counterweights",
+        "crank,rocker",
+        "--set",
+        "compute.counterweights.density=none",
+    ]
+    linkage = balance.load("four_bar_general")
+    points = {joint.name: joint.point for joint in linkage.joints}
+    length = float(np.linalg.norm(points["q4"] - points["q3"]))
+    answer = ran([*words, *["--region", "rocker=ball(0,0,0,364mm)"] * held])
+    rows = [dict(zip(answer["head"], row, strict=True)) for row in answer["table"]]
+    place = np.array([[row[f"rocker.added.{axis}"] for axis in "xyz"] for row in rows])
+    mass = np.array([row["rocker.added.mass"] for row in rows])
+    radius = [0.364] * 3 if held else [0.3, 0.375, 0.45]
+    assert np.linalg.norm(place, axis=1) == pytest.approx(radius, rel=1e-6)
+    moment = mass[:, None] * place
+    bend = np.linalg.norm(moment[0] - 2.0 * moment[1] + moment[2])
+    assert bend < 1e-6 * np.linalg.norm(moment[2])
+    assert (mass[2] > mass[0]) == held
+    total = [row["crank.added.mass"] + row["rocker.added.mass"] for row in rows]
+    assert total == pytest.approx([row["added_mass"] for row in rows], rel=1e-12)
+    assert answer["in_model"] == [
+        {"name": "rocker.length", "value": pytest.approx(length, rel=1e-12)}
+    ]
+    region = {"quantity": "counterweights", "link": "rocker", "text": "ball(0,0,0,364mm)"}
+    assert answer["following_regions"] == ([] if held else [region])
+
+
+def test_what_the_model_has_and_where_weights_may_be(folder):
+    words = ["four_bar_general", "--vary", "rocker.length=0.6,0.7", "--speed", "300rpm"]
+    words += ["--counterweights", "crank,rocker", "--balance", "force"]
+    done = asked(["sweep", "run", *words, *BESIDE])
+    assert re.search(r"in the file  rocker\.length 0\.728\d* m, outside the range", done.out)
+    assert "to hold that of the file: --region 'rocker=ball(0,0,0,364mm)'" in done.out
+    assert "; --reduce L1,L2 --budget KG leaves some, for less mass" in done.out
+    assert "columns crank.added.mass, crank.added.x … in --table" in done.out
+    assert "crank.added" not in done.out.partition("\nrow ")[2]
 
 
 def test_commands_that_lead_on_can_be_run(folder):
@@ -242,6 +292,12 @@ REFUSALS = [
     (f"{KITE} --compute counterweights", 2, "it needs --counterweights crank,rocker"),
     (f"{KITE} --compute shaking", 2, "it needs --speed 300rpm"),
     (f"{KITE} --compute shakng", 3, "--compute shakng: .* mean 'shaking'"),
+    (
+        f"{KITE} --counterweights crank --region rocker=ball(0,0,0,1)",
+        2,
+        "--region rocker: noth",
+    ),
+    ("study.toml --region crank=ball(0,0,0,1)", 2, "--region goes with a model"),
     (f"{KITE} --reduce crank", 2, "--reduce L1,L2 and --budget KG need each other"),
     (f"{KITE} --set grashof=crank", 2, "is not TABLE.KEY=VALUE"),
     (f"{KITE} --set constraint.grashof=crank", 3, "no such table .did you mean 'constraints'"),

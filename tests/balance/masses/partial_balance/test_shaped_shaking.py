@@ -305,6 +305,11 @@ def test_a_sector_that_no_workshop_cuts_names_shapes_that_it_does():
     said = asked([*words, "sector=20mm"]).out
     (radius,) = re.findall(r"with 60°, --shape sector=20mm,(\d+)mm", said)
     assert "is too narrow to cut: take --shape disc=20mm" in said
+    assert said.splitlines()[0].endswith("The sector on 'crank' is too narrow to cut.")
+    # Crank and rod of this model are equally long: at half a turn they may fold.
+    assert re.search("^note .*passes near a singularity", said, re.MULTILINE)
+    typo = asked([*words, "disc=15mm/"])
+    assert (typo.code, typo.out) == (2, "") and "shape 'disc=15mm/': '' is not" in typo.err
     mass = 7850 * 0.02 * np.pi / 6.0 * (1e-3 * float(radius)) ** 2
     assert abs(mass - 0.5) <= 0.02
     assert "too narrow" not in asked([*words, f"sector=20mm,{radius}mm"]).out

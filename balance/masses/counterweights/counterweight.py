@@ -20,6 +20,7 @@ from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
+from kinematics.numerics.tolerances import WRITTEN_AS_ZERO
 from kinematics.wording import count_noun, number_text, vector_text
 
 DENSITIES = {name: MATERIALS[name] for name in ("steel", "tungsten")}
@@ -88,8 +89,8 @@ class Counterweight:
         if np.abs(self.form[:3, :3]).max() > CUT_BY_PLANE * np.abs(self.form).max():
             return None
         size = float(np.linalg.norm(self.form[:3, 3]))
-        if size == 0.0:
-            return None
+        if size * self.region.size <= WRITTEN_AS_ZERO * abs(float(self.form[3, 3])):
+            return None  # the form is the same everywhere: the region is filled
         return self.form[:3, 3] / size, -0.5 * float(self.form[3, 3]) / size
 
     @property

@@ -461,8 +461,10 @@ def _minimise(answer: Design, constraints: Constraints) -> Design:
     assert answer.z is not None and answer.minimise is not None
     space, wanted = answer.space, answer.minimise
     program = build_program(space, constraints)
-    best = minimise_objective(space, program, wanted, answer.z, answer.margin)
-    if best is not None:
+    for nearest in (True, False) if wanted == "inertia" and space.planar else (False,):
+        best = minimise_objective(space, program, wanted, answer.z, answer.margin, nearest)
+        if best is None:
+            continue
         P = matrices_of(space, given_parameters(space))
         P[list(program.free)] = best.P
         z = assemble_design(

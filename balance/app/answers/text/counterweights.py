@@ -284,6 +284,8 @@ def counterweight_rows(
     rows: list[tuple[str, ...]] = [head]
     total = sum(weight.mass for weight in weights)
     decimals = -int(np.floor(np.log10(gap * total))) if total > 0.0 else 0
+    # Lumps of a small region have the round-off of the largest one.
+    size = units.per_si * max((weight.region.size for weight in weights), default=0.0)
     for weight in weights:
         parts = [(lump.mass, lump.position) for lump in weight.lumps]
         for known, centre in parts or [(weight.mass, weight.com)]:
@@ -292,7 +294,6 @@ def counterweight_rows(
             place = digits - 1 - int(np.floor(np.log10(mass))) if mass > 0.0 else 0
             written = float(round_decimals(known, min(decimals, place)))
             known_digits = max(1, min(DIGITS, digits, digits + decimals - place))
-            size = units.per_si * weight.region.size
             position = vector_digits(units.per_si * centre, digits, size)
             volumes = (
                 number_text(CUBIC_CENTIMETRES * written / density, f".{known_digits}g")

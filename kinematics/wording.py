@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 from math import ceil, inf, isnan, log10
 from operator import itemgetter
-from textwrap import shorten
+from textwrap import shorten, wrap
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +29,8 @@ PLAIN_POWERS = range(-2, 6)
 PREFIXES = ((1e6, 1e6, "M"), (1e4, 1e3, "k"))
 # Most rows of a table in a notebook.
 HTML_ROWS = 12
+# Characters of a cell there: those of all lines that a result is printed in.
+CELL_WIDTH = (MAX_LINES - 1) * WIDTH
 
 
 def check_summary(check: NamedTuple, **floors: float) -> str:
@@ -183,8 +185,15 @@ def vector_text(x: ArrayLike) -> str:
 
 
 def repr_lines(head: str, *lines: str) -> str:
-    """Join at most six lines: a head, others indented below it, and how many are left out."""
+    """Join at most six lines: a head, others indented below it, and how many are left out.
+
+    Long lines are cut, except for the first below the head, which has the verdict: it goes on
+    in further lines if there is room.
+    """
     most = MAX_LINES - 1
+    whole = (*wrap(lines[0], WIDTH), *lines[1:]) if lines else ()
+    if len(whole) <= most:
+        lines = whole
     if len(lines) > most:
         lines = (*lines[: most - 1], f"and {len(lines) - most + 1} more")
     cut = (shorten(line, WIDTH, placeholder=" …") for line in (head, *lines))
@@ -203,7 +212,7 @@ def html_facts(title: str, *facts: tuple[str, str]) -> str:
     """
     from html import escape
 
-    rows = [(label, shorten(value, WIDTH, placeholder=" …")) for label, value in facts]
+    rows = [(label, shorten(value, CELL_WIDTH, placeholder=" …")) for label, value in facts]
     if len(rows) > HTML_ROWS:
         rows[HTML_ROWS - 1 :] = [("", f"and {len(rows) - HTML_ROWS + 1} more")]
     cells = "".join(

@@ -11,6 +11,8 @@ MANY_TIMES = 10.0
 SIMILAR = 2.0
 # Percent up to which a load is unchanged.
 UNCHANGED = 0.5
+# Percent of a load that are taken at most, as written, where some of it is left.
+NOT_ALL = 99.99
 # Masses below are written in grams, kilograms.
 LEAST_KILOGRAMS = 0.1
 
@@ -58,6 +60,8 @@ def _percent_text(ratio: float, worded: bool) -> str:
     if ratio >= MANY_TIMES:
         return f"{_with_digits(ratio)} times"
     size = number_text(abs(percent), ".0f")
+    if size == "100" and 0.0 < ratio < 1.0:
+        size = number_text(min(abs(percent), NOT_ALL), ".4g")
     if worded:
         return f"{size} % {'less' if percent < 0.0 else 'more'}"
     return f"{'−' if percent < 0.0 else '+'}{size} %"

@@ -1,22 +1,30 @@
-"""Tables of masses and of their centres, in grams and millimetres, for Python and notebooks."""
+"""Tables of masses, centres and inertias, in workshop units, for Python and notebooks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
+import numpy as np
+
+from balance.support.vector_digits import vector_digits
 from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, without_round_off
 
-# Grams in a kilogram, and millimetres in a metre.
-PER_SI = 1e3
+# Grams in a kilogram, and millimetres in a metre; kg mm² in kg m².
+PER_SI, INERTIA_PER_SI = 1e3, 1e6
 DIGITS = ".4g"
+# Of the largest moment of a link: a solver leaves small ones at its accuracy.
+MOMENT_DIGITS = 4
 HEAD = ("link", "mass (g)", "x (mm)", "y (mm)", "z (mm)")
+MOMENTS = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+# Rows and columns of these moments.
+ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 TITLE = "centres of mass in link frames"
 
 
 class MassRow(NamedTuple):
-    """Mass and centre of what is on a link.
+    """Mass, centre and inertia of what is on a link.
 
     Attributes:
         link: its name.
@@ -24,6 +32,12 @@ class MassRow(NamedTuple):
         x: of the centre of mass in the frame of the link, as in the file, mm.
         y: mm.
         z: mm.
+        ixx: moment of inertia about the centre of mass, in the axes of that frame, kg mm².
+        iyy: kg mm².
+        izz: kg mm².
+        ixy: product of inertia, as in URDF, kg mm².
+        ixz: kg mm².
+        iyz: kg mm².
     """
 
     link: str
@@ -31,6 +45,17 @@ class MassRow(NamedTuple):
     x: float
     y: float
     z: float
+    ixx: float
+    iyy: float
+    izz: float
+    ixy: float
+    ixz: float
+    iyz: float
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Ixx, Iyy, Izz, Ixy, Ixz, Iyz, kg mm²."""
+        return (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
 
 
 class MassTable(tuple[MassRow, ...]):
@@ -43,11 +68,19 @@ class MassTable(tuple[MassRow, ...]):
     verdict: str = ""
 
     def __repr__(self) -> str:
-        """Lines of columns, their head first; or that there are none, and the verdict."""
+        """Lines of columns, their head first; or that there are none, and the verdict.
+
+        Moments of inertia that are zero for all links, to the digits that are written, have no
+        column.
+        """
         if not self:
             return f"no masses: {self.verdict}".removesuffix(": ")
-        rows = [HEAD, *(_texts(row) for row in self)]
-        widths = [max(len(row[k]) for row in rows) for k in range(len(HEAD))]
+        moments = [_moment_texts(row) for row in self]
+        shown = [k for k in range(len(MOMENTS)) if any(texts[k] != "0" for texts in moments)]
+        rows = [(*HEAD, *(f"{MOMENTS[k]} (kg mm²)" for k in shown))]
+        for row, texts in zip(self, moments, strict=True):
+            rows.append((*_texts(row), *(texts[k] for k in shown)))
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         return "\n".join(
             "  ".join(
                 [row[0].ljust(widths[0]), *(map(str.rjust, row[1:], widths[1:]))]
@@ -66,13 +99,16 @@ class MassTable(tuple[MassRow, ...]):
 
 
 def mass_table(
-    masses: Iterable[tuple[str, float, Array | None]], length: float, verdict: str = ""
+    masses: Iterable[tuple[str, float, Array | None, Array | None]],
+    length: float,
+    verdict: str = "",
 ) -> MassTable:
     """Make a table of masses.
 
     Args:
-        masses: link, mass, kg, and centre of mass (3,) in its frame, m, of each; those
-            without one are left out.
+        masses: link, mass, kg, centre of mass (3,) in its frame, m, and inertia about it
+            (3, 3) along the axes of that frame, kg m², of each; those without them are left
+            out.
         length: a length of the linkage, m: coordinates smaller by ten decades are zero.
         verdict: of the answer that has the masses, in one line.
     """
@@ -80,14 +116,21 @@ def mass_table(
         MassRow(
             link,
             PER_SI * float(mass),
-            *(PER_SI * x for x in without_round_off(com, length).tolist()),
+            *(PER_SI * without_round_off(com, length)).tolist(),
+            *(INERTIA_PER_SI * without_round_off(inertia[ENTRIES], mass * length**2)).tolist(),
         )
-        for link, mass, com in masses
-        if com is not None
+        for link, mass, com, inertia in masses
+        if com is not None and inertia is not None
     )
     table.verdict = verdict
     return table
 
 
 def _texts(row: MassRow) -> tuple[str, ...]:
-    return (row.link, *(number_text(x, DIGITS) for x in row[1:]))
+    return (row.link, *(number_text(x, DIGITS) for x in (row.mass, row.x, row.y, row.z)))
+
+
+def _moment_texts(row: MassRow) -> tuple[str, ...]:
+    """Write moments of inertia to the last decimal place of the largest one."""
+    digits = vector_digits(np.array(row.moments), MOMENT_DIGITS).split(", ")
+    return tuple(number_text(float(text), DIGITS) for text in digits)

@@ -13,6 +13,7 @@ from typing import ClassVar
 
 from balance.support.atomic_files import write_all_atomic
 from kinematics.errors import UsageError
+from kinematics.model.document.file_text import FileText
 
 Maker = Callable[..., bytes]
 
@@ -33,15 +34,27 @@ def register_file_maker(maker: Maker) -> None:
     _Registered.maker = staticmethod(maker)
 
 
-def write_file(path: str | PathLike[str] | None, data: bytes) -> bytes:
+class FileBytes(bytes):
+    """The bytes of a file; their ``repr`` is one line."""
+
+    def __repr__(self) -> str:
+        """One line, in place of pages of characters."""
+        return f"<{len(self)} bytes of a file; .decode() gives its text>"
+
+
+def write_file(path: str | PathLike[str] | None, data: bytes) -> FileBytes:
     """Write bytes to a file, as a whole or not at all, and return them; None writes none."""
     if path is not None:
         write_all_atomic([(fspath(path), data)])
-    return data
+    return FileBytes(data)
 
 
 class Picture(bytes):
     """A picture, PNG or SVG, that notebooks show."""
+
+    def __repr__(self) -> str:
+        """One line, in place of pages of characters."""
+        return f"<{'SVG' if self._repr_svg_() else 'PNG'} picture, {len(self)} bytes>"
 
     def _repr_png_(self) -> bytes | None:
         return None if self.startswith(b"<") else bytes(self)
@@ -62,13 +75,13 @@ class WithPage:
             path: file to write it to; None for none.
 
         Returns:
-            The text of the page, which needs no network.
+            The text of the page, which needs no network; an interpreter echoes one line.
 
         Raises:
             UsageError: there is no answer that a page could show.
             FileError: the file cannot be written.
         """
-        return write_file(path, _Registered.maker(self, "html")).decode("utf-8")
+        return FileText(write_file(path, _Registered.maker(self, "html")).decode("utf-8"))
 
 
 class WithPicture:
@@ -77,14 +90,22 @@ class WithPicture:
     picture_maker: ClassVar[str]
 
     def plot(self, path: str | PathLike[str] | None = None) -> Picture:
-        """Draw the result.
+        """Draw the result as charts.
+
+        They show of a verification, a design and added matter the shaking force and moment
+        along motions (of the last two before and after); of a front of added masses what is
+        left to shake; of remedies what each costs; of springs the torques of the inputs; of an
+        identification measured and predicted loads; of a quiet motion or a plan the rates of
+        the inputs over time too; of paths the momentum along them; of a synthesis its
+        mechanism.
 
         Args:
             path: file to write the picture to, which ends in ``.png`` or ``.svg``; None for
                 none.
 
         Returns:
-            The bytes of the picture, PNG without a path; notebooks show it.
+            The bytes of the picture, PNG without a path; notebooks show it, an interpreter
+            echoes one line.
 
         Raises:
             UsageError: the path has another ending, or there is no answer to draw.

@@ -362,9 +362,10 @@ class Linkage(UnassembledLinkage):
             >>> '<origin xyz="0.5 0 0"/>' in arm.to_urdf()
             True
         """
+        from kinematics.model.document.file_text import FileText
         from kinematics.model.document.linkage_text import urdf_text
 
-        return urdf_text(self)
+        return FileText(urdf_text(self))
 
     def once(self, make: Callable[..., Made], *arguments: object) -> Made:
         """Return the result of a function of the linkage, computed once.

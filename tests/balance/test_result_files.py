@@ -92,6 +92,18 @@ def test_where_there_is_nothing_to_show_nothing_is_written(best, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_files_are_echoed_in_one_line(best):
+    """An interpreter shows no pages of characters; the contents stay bytes and text."""
+    data, page, model = best.to_urdf(), best.to_html(), best.space.linkage.to_urdf()
+    assert repr(data) == f"<{len(data)} bytes of a file; .decode() gives its text>"
+    assert data.decode().startswith("<?xml")
+    for text in (page, model):
+        assert repr(text) == f"<text of a file, {len(text)} characters; print shows it>"
+        assert str(text) == text and text.startswith("<")
+    assert repr(Picture(b"\x89PNG")) == "<PNG picture, 4 bytes>"
+    assert repr(Picture(b"<?xml")) == "<SVG picture, 5 bytes>"
+
+
 @pytest.mark.slow
 def test_pictures_are_those_of_the_path(best, tmp_path):
     """A design is drawn by its loads before and after; notebooks show what is returned."""

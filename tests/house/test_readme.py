@@ -6,10 +6,12 @@ import contextlib
 import io
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 from code_blocks import lines_match
 
+import balance
 from balance.app.cli.main import main
 
 ROOT = Path(__file__).parents[2]
@@ -39,6 +41,15 @@ def test_the_examples_print_what_they_say():
             exec(compile(example, "README.md", "exec"), {})
         got = printed.getvalue().splitlines()
         assert lines_match(output.splitlines(), got), printed.getvalue()
+
+
+def test_what_is_installed_and_what_is_imported_have_their_names():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    (command,) = project["scripts"]
+    start = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    assert f"installed as `{project['name']}` and imported as `{command}`" in README
+    assert f"installed as `{project['name']}`" in start
+    assert balance.__name__ == command
 
 
 def test_the_first_command_runs(capsys):

@@ -5,7 +5,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from kinematics.wording import check_summary, number_text, size_text, unit_text, vector_text
+from kinematics.wording import (
+    check_summary,
+    number_text,
+    repr_lines,
+    size_text,
+    unit_text,
+    vector_text,
+)
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-300, 3e-17, -5e-16, 1.4e-15, 9e-13])
@@ -101,3 +108,15 @@ def test_large_sizes_have_a_unit_with_a_prefix(size, text):
 
 def test_a_size_of_round_off_keeps_its_unit():
     assert unit_text(1e-10, "N m", ".3g", 1e5) == "below 1e-07 N m"
+
+
+def test_a_verdict_is_printed_with_its_remedy_where_there_is_room():
+    """The verdict goes on in further lines, and the other lines are cut."""
+    verdict = f"infeasible: {'word ' * 30}; take thicker links"
+    text = repr_lines("Design", verdict, "crank " * 40)
+    lines = text.splitlines()
+    assert lines[0] == "Design" and lines[-1].endswith(" …")
+    assert " ".join(" ".join(lines[1:-1]).split()) == verdict
+    assert all(len(line) <= 98 for line in lines)
+    cut = repr_lines("Design", verdict, *["a", "b", "c", "d"]).splitlines()
+    assert len(cut) == 6 and cut[1].endswith(" …") and cut[2:] == ["  a", "  b", "  c", "  d"]

@@ -122,7 +122,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     return Answer(
         verdict_code(design.verdict),
         design.to_dict,
-        lambda: design_body(design, reduce),
+        lambda: design_body(design, reduce, _anywhere_command(arguments, design)),
         notices + heavy,
         remark,
         lambda: (
@@ -167,6 +167,15 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
         density=densities_of(arguments, free),
         thickness=arguments.thickness,
     )
+
+
+def _anywhere_command(arguments: argparse.Namespace, design: Design) -> str:
+    """Write the same request for masses far from their links; empty if that has no design."""
+    import shlex
+
+    if design.anywhere is None or design.anywhere.verdict != "feasible":
+        return ""
+    return shlex.join(["balance", "design", *arguments.words, "--anywhere"])
 
 
 def _checked_claim(arguments: argparse.Namespace) -> str:

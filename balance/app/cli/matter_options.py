@@ -41,7 +41,7 @@ def add_region_option(group: argparse._ActionsContainer) -> None:
         type=_link_region,
         default=[],
         metavar="L=SHAPE",
-        help="ball(x,y,z,r), box(x0:x1,y0:y1,z0:z1), mesh(F) …",
+        help="ball(x,y,z,r), box … (half L's length about joint)",
     )
 
 

@@ -1,12 +1,18 @@
-"""The command that leads on where nothing balances: ``balance reduce``, in the words given."""
+"""Commands that lead on where nothing balances, in the words given."""
 
 from __future__ import annotations
 
 import argparse
 import shlex
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
+from balance.masses.counterweights.link_regions import ALL
+from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
+
+if TYPE_CHECKING:
+    from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 
 # Options of other commands that `balance reduce` does not have, and how many words follow.
 UNKNOWN = {
@@ -37,6 +43,11 @@ OF_MOTIONS = {
     "--html": 1,
 }
 
+# Factor on what was found to be enough, before it is rounded to three digits.
+ENOUGH = 1.01
+# Relative difference of masses which decides nothing between two changes of a request.
+ABOUT_EQUAL = 0.1
+
 
 def reduce_command(
     arguments: argparse.Namespace,
@@ -60,6 +71,69 @@ def reduce_command(
     named = ["--links", ",".join(links)] if links else []
     budget = ["--budget", f"{float(number_text(given_mass or 1.0, '.2g')):g}"]
     return shlex.join(["balance", "reduce", *kept, *named, *budget])
+
+
+def relaxed_command(arguments: argparse.Namespace, matter: Counterweights) -> str:
+    """Write the same request with a change that was checked to make it feasible.
+
+    Of those that need about the least mass, it is the first.
+
+    Args:
+        arguments: the options of ``balance counterweights``, with its ``words``.
+        matter: the answer to them.
+
+    Returns:
+        The command, after "perhaps:" if it was checked for matter of any shape alone; empty if
+        no change helps, or options cannot write it.
+    """
+    changes = matter.worth_naming
+    order = rank_least_first([change.mass for change in changes], relative=ABOUT_EQUAL)
+    changed = (_relaxed_words(arguments, matter, changes[k]) for k in order)
+    words = next((words for words in changed if words), None)
+    if words is None:
+        return ""
+    command = shlex.join(["balance", "counterweights", *words])
+    return command if matter.shape is None else f"perhaps: {command}"
+
+
+def _relaxed_words(
+    arguments: argparse.Namespace, matter: Counterweights, change: Relaxation
+) -> list[str]:
+    """Change the words of a request; empty if no options write the change.
+
+    Regions that were given are the room that there is: only balls by default grow.
+    """
+    words = arguments.words
+    by_link = any(name for name, _ in arguments.density)
+    if change.factor is None:
+        links = change.links if ALL in change.links else (*arguments.links, *change.links)
+        more = [*without_options(words, {"--links": 1}), "--links", ",".join(links)]
+        return [] if by_link else more
+    if change.links:
+        grown = _grown_balls(matter, change.links, change.factor)
+        return [*words, *grown] if grown else []
+    densities = {*(matter.density or {}).values()}
+    if by_link or len(densities) != 1:
+        return []
+    density = number_text(ENOUGH * change.factor * densities.pop(), ".3g")
+    return [*without_options(words, {"--density": 1}), "--density", density]
+
+
+def _grown_balls(matter: Counterweights, links: Sequence[str], factor: float) -> list[str]:
+    """Write the default regions of links larger, as options; empty if some were given."""
+    import numpy as np
+
+    from balance.masses.counterweights.regions import ball_region
+
+    if not {*links} <= {*matter.chosen}:
+        return []
+    options = []
+    for link in links:
+        place = matter.regions[link].place
+        half = float(np.linalg.norm(place[:3, 0]))
+        radius = float(number_text(ENOUGH * factor * half, ".3g"))
+        options += ["--region", f"{link}={ball_region(place[:3, 3], radius).text}"]
+    return options
 
 
 def without_options(words: Iterable[str], dropped: dict[str, int]) -> list[str]:

@@ -19,6 +19,7 @@ from balance.app.answers.answer import Answer
 from balance.app.cli.arguments import Parser, Verbs
 from balance.app.cli.exit_codes import DONE, NEGATIVE
 from balance.app.cli.model_options import add_model_options
+from balance.app.cli.next_command import without_options
 from balance.app.cli.number_arguments import add_workers
 from balance.app.cli.outputs import (
     add_table_option,
@@ -36,7 +37,7 @@ from balance.app.cli.sweep_study import (
     study_of_options,
 )
 from kinematics.error_text import clean, did_you_mean
-from kinematics.errors import FileError, UsageError, WorkerError
+from kinematics.errors import FileError, LinkageError, UsageError, WorkerError
 
 if TYPE_CHECKING:
     from balance.app.answers.text.sweep import Data
@@ -48,6 +49,8 @@ logger = logging.getLogger(__name__)
 
 # Before a column of --best: its largest value is the best.
 LARGEST = "max:"
+# Options that a request for the forces alone does without.
+OF_RESULTS = {"--balance": 1, "--out": 1, "--resume": 0}
 # What to write in place of options of other commands.
 ELSEWHERE = {
     "--links": "write --counterweights L1,L2, or --reduce L1,L2 --budget KG",
@@ -150,7 +153,8 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         summary = _compute_chunks(arguments, job, file)
         best = _write_best(arguments, file)
         data = run_data(file, job, summary, best)
-        lines = _next_lines(arguments, file, data)
+        force_row = None if data["answered"] else _row_of_forces(job, file)
+        lines = _next_lines(arguments, file, data, force_row)
         if arguments.table is not None:
             with progress_bar("rows", True) as advance:
                 export_table(file, arguments.table, advance)
@@ -158,7 +162,7 @@ def _compute(arguments: argparse.Namespace) -> Answer:
     return Answer(
         NEGATIVE if no_best or not data["answered"] else DONE,
         lambda: data,
-        lambda: run_body(data, lines, is_study(arguments)),
+        lambda: run_body(data, lines, is_study(arguments), force_row),
         remark=join_remarks(
             describe_written(arguments, True, without=("out", *["best"] * no_best)),
             _kept_results_text(arguments, file),
@@ -270,18 +274,51 @@ def _check_column(job: SweepJob, name: str) -> None:
         )
 
 
+def _row_of_forces(job: SweepJob, file: ResultsFile) -> int | None:
+    """Find a row without masses that balance all shaking, which has masses for the force.
+
+    Returns:
+        The first row without, if it has those; else None.
+    """
+    from dataclasses import replace
+
+    from balance.app.answers.text.sweep import REASON
+    from balance.studies.sweeps.job import SweepJob
+    from balance.studies.sweeps.study_data import StudyData
+
+    study = StudyData.from_text(job.description)
+    rows = chain.from_iterable(file.batches([REASON]))
+    reasons = ((row, reason.partition(": ")[0]) for row, reason in rows if reason)
+    unbalanced = ((row, name) for row, name in reasons if name in ("counterweights", "design"))
+    row, name = next(unbalanced, (0, ""))
+    if study.balance == "force" or not name:
+        return None
+    try:
+        SweepJob.of_study(replace(study, balance="force")).linkage(row, name)
+    except LinkageError:
+        return None
+    return row
+
+
 def _next_lines(
-    arguments: argparse.Namespace, file: ResultsFile, data: Mapping[str, Any]
+    arguments: argparse.Namespace,
+    file: ResultsFile,
+    data: Mapping[str, Any],
+    force_row: int | None,
 ) -> list[str]:
     """List commands that lead on from the results.
 
     Args:
         data: from `balance.app.answers.text.sweep_run.run_data`.
+        force_row: from `_row_of_forces`.
     """
     from balance.app.answers.text.sweep import REASON
 
     path, best = shlex.quote(data["file"]), data["best"]
     lines = []
+    if force_row is not None and not is_study(arguments):
+        kept = without_options(arguments.words, OF_RESULTS)
+        lines.append(shlex.join(["balance", "sweep", "run", *kept, "--balance", "force"]))
     if best is not None and best["row"] is not None:
         crank, speed = arguments.speed or ("", "")
         motion = shlex.quote(f"{crank}={speed}" if crank else speed)

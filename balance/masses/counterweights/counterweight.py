@@ -20,6 +20,7 @@ from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first
+from kinematics.numerics.tolerances import WRITTEN_AS_ZERO
 from kinematics.wording import count_noun, number_text, vector_text
 
 DENSITIES = {name: MATERIALS[name] for name in ("steel", "tungsten")}
@@ -65,6 +66,9 @@ class Counterweight:
             is positive in the region, at x in the link frame, metres; its largest entry is 1.
             None for point masses.
         density: that of the matter, kg/m³; None for point masses.
+        arm: distance of a disc, block, cylinder or sector from the nearest joint of its link,
+            in the plane of the linkage, m; None for matter of any shape. What bridges it is
+            not counted.
     """
 
     link: str
@@ -75,6 +79,7 @@ class Counterweight:
     region: Region
     form: Array | None = field(default=None, repr=False)
     density: float | None = None
+    arm: float | None = None
 
     @property
     def cut(self) -> tuple[Array, float] | None:
@@ -84,8 +89,8 @@ class Counterweight:
         if np.abs(self.form[:3, :3]).max() > CUT_BY_PLANE * np.abs(self.form).max():
             return None
         size = float(np.linalg.norm(self.form[:3, 3]))
-        if size == 0.0:
-            return None
+        if size * self.region.size <= WRITTEN_AS_ZERO * abs(float(self.form[3, 3])):
+            return None  # the form is the same everywhere: the region is filled
         return self.form[:3, 3] / size, -0.5 * float(self.form[3, 3]) / size
 
     @property
@@ -144,6 +149,7 @@ class Counterweight:
             "volumes": self.volumes,
             "form": None if self.form is None else self.form.tolist(),
             "density": self.density,
+            "arm": self.arm,
         }
 
 
@@ -180,7 +186,9 @@ def _heaviest_first(lumps: Lumps) -> list[int]:
     return order
 
 
-def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -> Counterweight:
+def filled_counterweight(
+    link: str, stock: Stock, form: Array, moments: Array, arm: float | None = None
+) -> Counterweight:
     """Make the counterweight of a link that fills a part of its region.
 
     Args:
@@ -188,6 +196,7 @@ def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -
         stock: region and density.
         form: matrix (4, 4) in unit coordinates; matter is where it is positive.
         moments: its pseudo-inertia (4, 4), kg, in unit coordinates.
+        arm: distance of a shape from the nearest joint of the link, m.
     """
     place = stock.region.place
     mass, com, inertia = mass_properties(from_pseudo_inertia(place @ moments @ place.T))
@@ -202,6 +211,7 @@ def filled_counterweight(link: str, stock: Stock, form: Array, moments: Array) -
         stock.region,
         freeze(Q / np.abs(Q).max()),
         stock.density,
+        arm,
     )
 
 
@@ -209,7 +219,8 @@ def added_mass_table(
     weights: Sequence[Counterweight], length: float, verdict: str
 ) -> MassTable:
     """Make the table of counterweights; see `balance.support.mass_table.mass_table`."""
-    return mass_table(((each.link, each.mass, each.com) for each in weights), length, verdict)
+    rows = ((each.link, each.mass, each.com, each.inertia) for each in weights)
+    return mass_table(rows, length, verdict)
 
 
 def net_mass(weights: Sequence[Counterweight], moved: Mapping[str, float]) -> float:

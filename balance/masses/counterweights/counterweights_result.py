@@ -251,11 +251,11 @@ class Counterweights(WithPage, WithPicture):
         return counterweights_file(self, path, merge)
 
     def to_table(self) -> MassTable:
-        """Return mass, g, and centre of mass in the link frame, mm, of each counterweight.
+        """Return mass, g, centre of mass, mm, and inertia, kg mm², of each counterweight.
 
         Returns:
-            Rows ``link, mass, x, y, z``, which are printed as a table; none
-            if there is no answer.
+            Rows ``link, mass, x, y, z, ixx, iyy, izz, ixy, ixz, iyz`` in the link frames, which
+            are printed as a table; none if there is no answer.
 
         Example:
             >>> import balance

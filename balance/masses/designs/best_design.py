@@ -212,8 +212,15 @@ class Design(WithPage, WithPicture):
         return write_file(path, replace_inertials(self.space.linkage, elements))
 
     def to_table(self) -> MassTable:
-        """Return mass, g, and centre of mass in the link frame, mm, of each body; or none."""
-        rows = ((body.name, body.mass, body.link_com) for body in self.bodies)
+        """Return mass, g, centre of mass, mm, and inertia about it, kg mm², of each body.
+
+        Returns:
+            Rows ``link, mass, x, y, z, ixx, iyy, izz, ixy, ixz, iyz`` in the link frames, which
+            are printed as a table; none if there is no design.
+        """
+        rows = (
+            (body.name, body.mass, body.link_com, body.link_inertia) for body in self.bodies
+        )
         return mass_table(rows, self.space.length, self.words)
 
     def to_dict(self) -> dict[str, object]:
@@ -423,7 +430,7 @@ def _with_answer_anywhere(answer: Design, constraints: Constraints, one_pose: bo
         return replace(without_balls, within=answer.within)
     if answer.verdict == without_balls.verdict:
         return answer
-    text = f"{without_balls.verdict} anywhere"
+    text = f"{without_balls.verdict} anywhere (--anywhere, in Python within=None)"
     if without_balls.z is not None:
         P = matrices_of(answer.space, without_balls.z)
         text = f"{text}: {describe_furthest(answer.space, P, constraints)}"
@@ -454,8 +461,10 @@ def _minimise(answer: Design, constraints: Constraints) -> Design:
     assert answer.z is not None and answer.minimise is not None
     space, wanted = answer.space, answer.minimise
     program = build_program(space, constraints)
-    best = minimise_objective(space, program, wanted, answer.z, answer.margin)
-    if best is not None:
+    for nearest in (True, False) if wanted == "inertia" and space.planar else (False,):
+        best = minimise_objective(space, program, wanted, answer.z, answer.margin, nearest)
+        if best is None:
+            continue
         P = matrices_of(space, given_parameters(space))
         P[list(program.free)] = best.P
         z = assemble_design(

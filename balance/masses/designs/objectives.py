@@ -17,6 +17,11 @@ largest value that kept bodies and bounds allow. The traces add up to at most te
 that the design of the largest margin has at this ε; with kept bodies or bounds, ten times its
 own sum.
 
+A least inertia of a planar linkage leaves parameters free of all bodies but the one of the
+largest moment. Of the designs whose value exceeds the least one by at most 1e-6 of it, the
+answer is the nearest one to the masses in the file: that of the least
+``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with eigenvalues of P0 of at least a fifth of their mean.
+
 The least change depends neither on ε nor on that bound. Newton's method starts at the design
 that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with F = P0.
 
@@ -43,6 +48,7 @@ from balance.support.tolerances import (
     DENSITY_RELATIVE,
     PSEUDO_INERTIA_SINGULAR,
     SOLVER_RESIDUAL,
+    SOLVER_RESIDUAL_FAST,
 )
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError
@@ -54,6 +60,10 @@ Objective = Literal["mass", "inertia", "rotor", "change"]
 # where it alone sets the size of a design, and where kept bodies or least masses do.
 BOUNDARY_DISTANCE = 1e-2
 SIZED_DISTANCE = 1e-3
+# Part of the least value by which the nearest of the designs of this value may exceed it.
+VALUE_EXCESS = 1e-6
+# Least eigenvalue of a pseudo-inertia that measures this distance, over the mean one.
+LEAST_EXTENT = 0.2
 # Bound on the sum of all traces, over the least sum that this distance allows.
 TRACE_FACTOR = 10.0
 
@@ -86,6 +96,7 @@ class _Goal(NamedTuple):
         scale: SI units per unit of the objective.
         H: quadratic part (n + 1, n + 1), None without one.
         rows: rows of its constraints (rows, n + 1).
+        offset: constant part of these rows (rows,).
         parts: cones of these rows.
     """
 
@@ -94,6 +105,7 @@ class _Goal(NamedTuple):
     scale: float
     H: Array | None
     rows: Array
+    offset: Array
     parts: tuple[ConstraintBlock, ...]
 
 
@@ -118,7 +130,12 @@ class _BoundedGoal(NamedTuple):
 
 
 def minimise_objective(
-    space: DesignSpace, program: Program, wanted: Objective, z: Array, margin: float
+    space: DesignSpace,
+    program: Program,
+    wanted: Objective,
+    z: Array,
+    margin: float,
+    nearest: bool = False,
 ) -> Optimum | None:
     """Minimise an objective over the designs of a space.
 
@@ -126,6 +143,7 @@ def minimise_objective(
         program: its conic program with constraints.
         z: parameters of a design (bodies, 10) about the inertial origin, SI units.
         margin: margin of that design.
+        nearest: whether the nearest one of about the least value is the answer.
 
     Returns:
         The minimiser; None if the solver does not find it.
@@ -134,8 +152,10 @@ def minimise_objective(
         BodyError: the objective is ``"change"``, but a free body of the file is singular.
     """
     file, cone = matrices_of(space, given_parameters(space)) / program.unit, program.cone
-    # Spatial force balance does not constrain second moments, but objectives depend on them.
-    if wanted == "change" or program.densities or (cone.second_order and cone.size == 4):
+    # Spatial force balance does not constrain second moments, but objectives depend on them, as
+    # the distance from the file does.
+    further = cone.second_order and cone.size == 4
+    if wanted == "change" or nearest or program.densities or further:
         cone = cone.with_all_moments()
     lower = np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))
     if wanted == "change":
@@ -160,9 +180,42 @@ def minimise_objective(
     v = solution.v
     if wanted == "change":
         return _least_change(program, cone, lower, v[:-1])
+    if nearest:
+        solution = _nearest(bounded, solution, file)
+        if solution is None:
+            return None
+        v = solution.v
     value = float((goal.q @ v + goal.constant) * goal.scale)
     floor = program.unit * epsilon
     return Optimum(program.unit * cone.at(v[:-1]), value, (floor, floor * space.length**2))
+
+
+def _nearest(bounded: _BoundedGoal, best: _Minimiser, file: Array) -> _Minimiser | None:
+    """Find the nearest of the designs of about the least value; see the module.
+
+    Args:
+        best: a design of the least value.
+        file: pseudo-inertias of all bodies in the file (bodies, k, k).
+    """
+    cone, goal, densities = bounded.cone, bounded.goal, bounded.program.densities
+    values, axes = np.linalg.eigh(file[list(bounded.program.free)])
+    least = np.linalg.eigvalsh(bounded.lower)[:, :1]
+    least = np.maximum(least, LEAST_EXTENT * values.mean(axis=1, keepdims=True))
+    reference = (axes * np.maximum(values, least)[:, None]) @ axes.mT
+    level = float(goal.q @ best.v) * (1.0 + VALUE_EXCESS)
+    distance = _distance_goal(cone, reference)._replace(
+        rows=np.concatenate([goal.rows, -goal.q[None]]),
+        offset=np.append(goal.offset, level),
+        parts=(*goal.parts, ConstraintBlock("nonnegative", 1)),
+    )
+    P = cone.at(best.v[:-1])
+    limits = limit_rows(cone.blocks, P, densities) if densities else None
+    nearest = _solve(bounded._replace(goal=distance, limits=limits))
+    if nearest is None or nearest.error > SOLVER_RESIDUAL_FAST:
+        return None
+    P = cone.at(nearest.v[:-1])
+    above = np.linalg.eigvalsh(P - (1.0 - VALUE_EXCESS) * bounded.lower)
+    return nearest if above.min() >= 0.0 and _within_densities(bounded.program, P) else None
 
 
 def _solve_with_densities(bounded: _BoundedGoal, P: Array) -> _Minimiser | None:
@@ -262,6 +315,7 @@ def _solve_once(bounded: _BoundedGoal, scales: Array | None = None) -> _Minimise
     linear = np.concatenate([cone.stack_rows(blocks), lines])
     rows = np.concatenate([np.column_stack([linear, np.zeros(len(linear))]), goal.rows])
     offset = np.zeros(len(rows))
+    offset[len(linear) :] = goal.offset
     offset[: len(linear) - len(lines)] = -cone.rows(A @ lower @ A.swapaxes(-1, -2)).reshape(-1)
     offset[len(linear) - len(lines)] = trace_limit
     parts = [cone.part] * count + [ConstraintBlock("nonnegative", len(lines)), *goal.parts]
@@ -276,7 +330,7 @@ def _solve_once(bounded: _BoundedGoal, scales: Array | None = None) -> _Minimise
     values, free = np.zeros(q.size), np.ones(q.size, dtype=bool)
     if program.sized:
         values[size - 1], free[size - 1] = 1.0, False
-    free[n] = len(goal.parts) > 0
+    free[n] = bool(goal.rows[:, n].any())
     q = q[free]
     if H is not None:
         H, q = H[np.ix_(free, free)], q + (H @ values)[free]
@@ -324,16 +378,12 @@ def _goal(
     q, none = np.zeros(n + 1), np.empty((0, n + 1))
     area = space.length**2
     if wanted == "change":
-        whiten = np.linalg.inv(np.linalg.cholesky(file[free]))[:, None]
-        D = np.zeros((len(free) * cone.part.rows, n + 1))
-        D[:, :n] = cone.stack_rows(whiten @ cone.blocks @ whiten.swapaxes(-1, -2))
-        d = np.tile(triangles(np.eye(cone.size)), len(free))
-        return _Goal(-2.0 * d @ D, float(d @ d), 1.0, 2.0 * D.T @ D, none, ())
+        return _distance_goal(cone, file[free])
     if wanted == "inertia":
         q[n] = 1.0
         rows, part = _moments(space, cone, free)
         parts = (part,) * (len(free) if part.kind == "psd_triangle" else 1)
-        return _Goal(q, 0.0, program.unit * area, None, rows, parts)
+        return _Goal(q, 0.0, program.unit * area, None, rows, np.zeros(len(rows)), parts)
     weights = rotor_weights(space) if wanted == "rotor" else np.zeros_like(file)
     if wanted == "mass":
         weights[:, -1, -1] = 1.0
@@ -341,7 +391,18 @@ def _goal(
     keep = [b for b in range(len(file)) if b not in free]
     constant = float(np.sum(weights[keep] * file[keep]))
     scale = program.unit * (area if wanted == "rotor" else 1.0)
-    return _Goal(q, constant, scale, None, none, ())
+    return _Goal(q, constant, scale, None, none, np.empty(0), ())
+
+
+def _distance_goal(cone: Cone, reference: Array) -> _Goal:
+    """Build the distance to second order from positive definite matrices (free, k, k)."""
+    count, n = cone.blocks.shape[:2]
+    whiten = np.linalg.inv(np.linalg.cholesky(reference))[:, None]
+    D = np.zeros((count * cone.part.rows, n + 1))
+    D[:, :n] = cone.stack_rows(whiten @ cone.blocks @ whiten.swapaxes(-1, -2))
+    d = np.tile(triangles(np.eye(cone.size)), count)
+    rows = np.empty((0, n + 1))
+    return _Goal(-2.0 * d @ D, float(d @ d), 1.0, 2.0 * D.T @ D, rows, np.empty(0), ())
 
 
 def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, ConstraintBlock]:

@@ -220,7 +220,8 @@ def pareto(
         links: names of the links that may get matter.
         n: number of designs, from 2 up.
         budget: most mass to add, kg; by default a hundred times the mass of the linkage.
-        regions: where matter may be added, by link.
+        regions: where matter may be added, by link; as for `partial`, by default a ball about
+            the proximal joint of half the link's length.
         motion: restriction of the inputs; see `partial`, as for the next four.
         balance: ``"dynamic"`` or ``"force"``.
         motions: one or several.

@@ -16,6 +16,7 @@ import numpy as np
 
 from balance.masses.counterweights.counterweight import Counterweight, filled_counterweight
 from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.shaped.across_plane import arm_length
 from balance.masses.counterweights.shaped.sectors import fan_of, sector_about
 from balance.masses.counterweights.shaped.shape_holder import (
     COUNT,
@@ -114,7 +115,8 @@ def _minimise_held(
         if row[MASS] > max(0.0, SHAPE_MASS_ZERO * total):
             centre = space.length * row[X : Y + 1] / row[MASS]
             stock = holder.fill(share * unit * float(row[MASS]), centre)
-            weights[b] = filled_counterweight(space.bodies[b], stock, WHOLE, fill(stock, WHOLE))
+            arm, matter = arm_length(space, b, stock.region), fill(stock, WHOLE)
+            weights[b] = filled_counterweight(space.bodies[b], stock, WHOLE, matter, arm)
     if not all(holders[b].holds(weight.region) for b, weight in weights.items()):
         weights = {}
     return _judge_weights(program, weights, program.scale * bound)

@@ -35,7 +35,7 @@ class VerificationComparison(WithPage, WithPicture):
 
     @property
     def sentence(self) -> str:
-        """How the peaks differ, such as ``Shaking force 22 → 1.7 N (92 % less), …``."""
+        """How the peaks differ, and what is left: ``Shaking force 22 → 1.7 N (92 % less)``."""
         here, there = self.after.model, self.before.model
         if here == there:
             here, there = linkage_names([self.after.linkage, self.before.linkage])
@@ -43,7 +43,8 @@ class VerificationComparison(WithPage, WithPicture):
             peak_change((self.before, self.after), part, worded=True)
             for part in ("force", "moment")
         )
-        return f"Shaking force {force}, moment {moment}, from {there} to {here}."
+        outcome = f": {self.after.outcome}".removesuffix(": ")
+        return f"Shaking force {force}, moment {moment}, from {there} to {here}{outcome}."
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON, as ``balance verify --against`` prints it."""

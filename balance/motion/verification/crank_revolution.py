@@ -74,6 +74,11 @@ class Crank(NamedTuple):
         """Revolutions per minute."""
         return self.speed * 60.0 / TURN
 
+    @property
+    def words(self) -> str:
+        """The motion in words: one revolution, and its speed."""
+        return f"one revolution of {self.joint} at {number_text(self.rpm, '.6g')} rpm"
+
 
 def revolve_crank(
     linkage: Linkage,

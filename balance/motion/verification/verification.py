@@ -244,6 +244,24 @@ class Verification(WithPage, WithPicture):
         return f"forces {words}" if self.balance == "force" else words
 
     @property
+    def outcome(self) -> str:
+        """Which loads are cancelled, in words; empty if both are left to shake."""
+        if not self.decided:
+            return "no verdict"
+        force, moment = (
+            residual <= self.tolerance
+            for residual in (self.force_residual, self.moment_residual)
+        )
+        if self.balance == "force":
+            return "the force is cancelled, the moment does not count" * force
+        if force and moment:
+            return "no shaking is left"
+        if force or moment:
+            names = ("force", "moment") if force else ("moment", "force")
+            return f"the {names[0]} is cancelled, the {names[1]} is not"
+        return ""
+
+    @property
     def brief(self) -> str:
         """Summary in one line."""
         return (
@@ -355,9 +373,6 @@ class Verification(WithPage, WithPicture):
         if near := singularity_remark(run.trajectory for run in self.runs):
             way_out = "" if self.decided else "; verify motions that stay clear of it"
             remarks.append(near + way_out)
-        if self.balance == "dynamic" and self.decided and not self.balanced:
-            if self.force_residual <= self.tolerance:
-                remarks.append("the forces are balanced, the moment is not (--balance force)")
         if self.crank is not None and not self.crank.periodic:
             remarks.append(
                 f"one revolution of {self.crank.joint} does not bring all joints back: the "

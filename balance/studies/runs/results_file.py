@@ -108,7 +108,8 @@ class ResultsFile:
             raise refusal(path, "its folder does not exist", "create it, or give another file")
         if os.path.exists(path) and not os.path.isfile(path):
             raise refusal(path, "is no regular file", "give a file")
-        lock = FileLock(f"{path}.lock", timeout=0)
+        # It stays: another run may hold it open, and would then lock a file that is gone.
+        lock = FileLock(os.path.join(folder, f".{os.path.basename(path)}.lock"), timeout=0)
         try:
             lock.acquire()
         except Timeout:

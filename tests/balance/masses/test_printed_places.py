@@ -42,7 +42,7 @@ def test_the_table_of_counterweights_is_that_of_the_file():
     for row in table:
         mass, place = written[row.link]
         assert row.mass == pytest.approx(mass, rel=1e-12)
-        np.testing.assert_allclose(row[2:], place, atol=1e-9)
+        np.testing.assert_allclose(row[2:5], place, atol=1e-9)
 
 
 @pytest.mark.parametrize("density", ["steel", 2700.0, None])
@@ -68,18 +68,28 @@ def test_the_table_of_a_design_is_that_of_the_file():
         inertial = given[row.link]
         assert row.mass == pytest.approx(1e3 * float(inertial.find("mass").get("value")))
         centre = np.array(inertial.find("origin").get("xyz").split(), float)
-        np.testing.assert_allclose(row[2:], 1e3 * centre, atol=1e-9)
+        np.testing.assert_allclose(row[2:5], 1e3 * centre, atol=1e-9)
+        written = inertial.find("inertia")
+        names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        tensor = np.array([float(written.get(name)) for name in names])
+        np.testing.assert_allclose(row.moments, 1e6 * tensor, atol=1e-3)
 
 
 def test_a_table_is_printed_in_columns():
-    rows = [("crank", 0.5, np.array([0.1, -0.02, 1e-14])), ("bare", 0.0, None)]
+    inertia = np.diag([0.002, 0.003, 0.005]) + 1e-9  # products are the solver's, and no column
+    rows = [
+        ("crank", 0.5, np.array([0.1, -0.02, 1e-14]), inertia),
+        ("bare", 0.0, None, None),
+        ("point", 0.1, np.zeros(3), np.zeros((3, 3))),
+    ]
     table = mass_table(rows, 1.0)
     assert repr(table).splitlines() == [
-        "link   mass (g)  x (mm)  y (mm)  z (mm)",
-        "crank       500     100     -20       0",
+        "link   mass (g)  x (mm)  y (mm)  z (mm)  Ixx (kg mm²)  Iyy (kg mm²)  Izz (kg mm²)",
+        "crank       500     100     -20       0          2000          3000          5000",
+        "point       100       0       0       0             0             0             0",
     ]
     assert "500 g at (100, -20, 0) mm" in table._repr_html_()
-    assert table[0].mass == 500.0 and len(table) == 1
+    assert table[0].mass == 500.0 and len(table) == 2
 
 
 def test_an_answer_without_masses_says_that_there_are_none_and_why():

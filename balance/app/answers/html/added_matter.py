@@ -22,6 +22,7 @@ from balance.app.answers.text.counterweights import (
     counterweight_rows,
 )
 from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.parts.dimensions import whole_dimensions
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.density import STEEL
 from balance.motion.verification.before_after import BeforeAfter
@@ -30,8 +31,6 @@ from balance.support.linkage_names import linkage_title
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text, vector_text
 
-# Part of a region below which matter that is missing is round-off: it is full.
-MISSING = 1e-9
 SCRIPTS = ("drawing", "masses", "additions", "weights", "comparison")
 # Points of a drawn circle.
 AROUND = 48
@@ -109,15 +108,10 @@ def _rows_with_parts(
 
 def _part_in_mm(weight: Counterweight) -> str:
     """Say which part of its region a weight fills, in mm as in its table."""
-    share, region = number_text(100.0 * weight.share, ".3g"), weight.region
-    sizes = [number_text(size) for size in (1e3 * np.linalg.norm(region.place[:3, :3], axis=0))]
-    whole = weight.share > 1.0 - MISSING
-    if whole and region.kind in ("sector", "cylinder"):
-        thickness = number_text(2e3 * float(np.linalg.norm(region.place[:3, 2])))
-        kind, wide = "disc", ""
-        if region.kind == "sector":
-            kind, wide = "sector", f"{np.degrees(2.0 * region.half_angle):.4g}° and "
-        return f"all of a {kind} of {wide}radius {sizes[0]} mm, {thickness} mm thick"
+    whole = whole_dimensions(weight)
+    if whole is not None:
+        return f"all of {whole.words}"
+    share = number_text(100.0 * weight.share, ".3g")
     if weight.cut is None:
         return f"{share} % of its region"
     normal, distance = weight.cut

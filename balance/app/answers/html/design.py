@@ -18,6 +18,7 @@ from balance.app.answers.text.design import body_rows, design_facts, solid_rows
 from balance.masses.designs.best_design import Design
 from balance.masses.designs.density import solid_of
 from balance.motion.verification.before_after import compare_masses
+from balance.space.certification.certify_space import certify
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.linkage_names import linkage_title
@@ -111,10 +112,19 @@ def design_page(design: Design) -> str:
             "masses": shapes,
         },
         scripts=SCRIPTS,
-        facts=facts_list(design_facts(design)),
+        facts=facts_list(design_facts(_with_certainty(design))),
         designed=_table(design.bodies, design.space.length) + _solids_table(design),
         given=_table(replace(design, z=freeze(given)).bodies, design.space.length),
     )
+
+
+def _with_certainty(design: Design) -> Design:
+    """Return a design whose space is as certain as that of the command, if it is the same."""
+    space = design.space
+    if space.requirements:
+        return design
+    certified = certify(space)
+    return replace(design, space=certified) if certified.rank == space.rank else design
 
 
 def _solids_table(design: Design) -> str:

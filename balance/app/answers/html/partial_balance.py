@@ -26,7 +26,8 @@ HEADROOM = 1.1
 def front_page(front: ParetoFront) -> str:
     """Render designs that let a linkage shake least as one HTML file.
 
-    It shows the last design as `counterweights_page` does, and the others in a table. The
+    It shows the last design as `counterweights_page` does, and the others in a table. Peaks
+    stand below the sentence if that has root mean squares, for the curves show peaks. The
     element ``report`` contains `ParetoFront.to_dict` as JSON.
 
     Returns:
@@ -37,13 +38,16 @@ def front_page(front: ParetoFront) -> str:
     """
     best = front.designs[-1]
     assert best.z is not None
+    loads, summary = loads_of(best), best.sentence
+    if front.minimise != "peak":
+        summary += f" Peaks of the curves: {loads.words[0].lower()}{loads.words[1:]}."
     return added_matter_page(
         best.space,
         best.z,
         best.regions,
         best.weights,
-        loads_of(best),
-        summary=best.sentence,
+        loads,
+        summary=summary,
         report=front.to_dict(),
         facts=facts_list(front_facts(front)),
         front=front_section(front),

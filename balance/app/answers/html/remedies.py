@@ -14,6 +14,7 @@ from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.text.remedies import (
     UNITS,
     applicable,
+    following_lines,
     refused_lines,
     remedies_facts,
     remedies_sentence,
@@ -96,8 +97,8 @@ def remedies_page(comparison: RemedyComparison) -> str:
 
 def _summary(comparison: RemedyComparison) -> str:
     """Say what to build, and with which command its file is made."""
-    following = f" Next: {comparison.following}" if comparison.following else ""
-    return f"{remedies_sentence(comparison)}{following}"
+    lines = (line.strip() for line in following_lines(comparison))
+    return " ".join([remedies_sentence(comparison), *lines])
 
 
 def _drawings(comparison: RemedyComparison) -> str:

@@ -122,7 +122,7 @@ def _summary(verifications: Sequence[Verification]) -> str:
     if sentence is not None:
         return sentence
     if first.crank is not None:
-        motions = f"one revolution of {first.crank.joint} at {first.crank.rpm:.6g} rpm"
+        motions = first.crank.words
     else:
         motions = count_noun(len(first.runs), "motion")
     when = f"over {motions} ({first.duration:.4g} s)"

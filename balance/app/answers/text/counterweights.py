@@ -20,6 +20,7 @@ from balance.masses.designs.density import STEEL
 from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.motion.verification.trajectory import singularity_remark
 from balance.support.change_text import grows
+from balance.support.mass_table import ENTRIES
 from balance.support.tolerances import FILLING_GAP, MASS_GAP, MASSES_EQUAL
 from balance.support.vector_digits import vector_digits
 from kinematics.numerics.linalg.ties import first_largest, round_decimals
@@ -31,8 +32,6 @@ DIGITS = 5
 # The same where moments of inertia are least, and those of the moments then: the optimum is
 # known to 1e-4, and flat.
 ROUGH_DIGITS, MOMENT_DIGITS = 3, 2
-# Rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
-ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 # Added mass, over the given mass, above which partial balance is named.
 MUCH_ADDED = 3.0
 # Of which frame places are.
@@ -42,6 +41,8 @@ FRAMES = (
 )
 # Angle of a sector that a workshop cuts, radians.
 CUT_ANGLE = np.radians(60.0)
+# Length of an arm, over the size of the part, below which the part is at the joint.
+ARM_ZERO = 1e-6
 # What a link gets to which no matter needs to be added.
 NONE_NEEDED = "none needed"
 
@@ -94,7 +95,7 @@ def counterweights_facts(
             added += " (balance reduce --pareto 10 weighs mass against shaking)"
         pairs += moved_facts(counterweights.moved)
         pairs += [("added", added), *_shape_facts(counterweights)]
-        pairs += sliver_facts(counterweights.weights)
+        pairs += shape_facts(counterweights.weights)
         pairs += density_facts(counterweights.weights)
         pairs.append(("residual", size_text(counterweights.residual or 0.0)))
     if counterweights.check:
@@ -188,11 +189,32 @@ def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     return [("density", text)]
 
 
-def sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
+def shape_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
+    """Say which shapes an arm must hold, and which sectors are too narrow to cut."""
+    apart = {
+        weight.link: weight.arm
+        for weight in weights
+        if weight.arm is not None and weight.arm > ARM_ZERO * weight.region.size
+    }
+    pairs = []
+    if apart:
+        parts = [f"{number_text(1e3 * arm)} mm on '{link}'" for link, arm in apart.items()]
+        text = (
+            f"from the nearest joint to the part {', '.join(parts)}; an arm that holds it is "
+            "not counted: add its mass to the link in the file and ask again, or take --shape "
+            "sector=, which reaches the joint"
+        )
+        pairs.append(("arm", text))
+    return pairs + _sliver_facts(weights)
+
+
+def _sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     """Say which sectors are too narrow to cut, and which shapes of the same mass are not.
 
-    A disc at the rim lies further out than a narrow sector, whose centre is at two thirds of
-    its radius; a sector of `CUT_ANGLE` and the same mass is nearer to the joint.
+    The centre of a sector of radius R and angle α is at ``2/3 R sin(α/2)/(α/2)`` from the
+    joint. A disc of the same mass has the radius ``R √(α/2π)`` and lies further out, at the
+    rim; a sector of `CUT_ANGLE` has the radius ``R √(α/60°)`` and is nearer to the joint. What
+    they cost is the ratio of these distances: that of the unbalances of one mass.
     """
     pairs = []
     for weight in weights:
@@ -204,10 +226,15 @@ def sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
         thickness = f"{number_text(2e3 * half)}mm"
         wide = number_text(1e3 * radius * (angle / CUT_ANGLE) ** 0.5, ".2g")
         turn = number_text(np.degrees(angle), ".2g")
+        narrow = np.sinc(0.5 * angle / np.pi)
+        far = 1.5 * (1.0 - (0.5 * angle / np.pi) ** 0.5) / narrow
+        near = (angle / CUT_ANGLE) ** 0.5 * np.sinc(0.5 * CUT_ANGLE / np.pi) / narrow
         text = (
             f"a sector of {turn}° on '{weight.link}' is too narrow to cut: take --shape "
-            f"disc={thickness}, which may lie further out, or, nearer to the joint with "
-            f"{np.degrees(CUT_ANGLE):.0f}°, --shape sector={thickness},{wide}mm"
+            f"disc={thickness} (the same mass at the rim has {number_text(far, '.2g')} times "
+            f"the unbalance), or, with {np.degrees(CUT_ANGLE):.0f}°, --shape "
+            f"sector={thickness},{wide}mm (the same mass has {number_text(near, '.2g')} times "
+            "the unbalance)"
         )
         pairs.append(("sliver", text))
     return pairs
@@ -257,6 +284,8 @@ def counterweight_rows(
     rows: list[tuple[str, ...]] = [head]
     total = sum(weight.mass for weight in weights)
     decimals = -int(np.floor(np.log10(gap * total))) if total > 0.0 else 0
+    # Lumps of a small region have the round-off of the largest one.
+    size = units.per_si * max((weight.region.size for weight in weights), default=0.0)
     for weight in weights:
         parts = [(lump.mass, lump.position) for lump in weight.lumps]
         for known, centre in parts or [(weight.mass, weight.com)]:
@@ -265,7 +294,6 @@ def counterweight_rows(
             place = digits - 1 - int(np.floor(np.log10(mass))) if mass > 0.0 else 0
             written = float(round_decimals(known, min(decimals, place)))
             known_digits = max(1, min(DIGITS, digits, digits + decimals - place))
-            size = units.per_si * weight.region.size
             position = vector_digits(units.per_si * centre, digits, size)
             volumes = (
                 number_text(CUBIC_CENTIMETRES * written / density, f".{known_digits}g")
@@ -278,10 +306,17 @@ def counterweight_rows(
     return rows
 
 
-def counterweights_body(counterweights: Counterweights, reduce: str = REDUCE) -> AnswerBody:
-    """Build what is printed on counterweights; see `counterweights_facts`."""
+def counterweights_body(
+    counterweights: Counterweights, reduce: str = REDUCE, following: str = ""
+) -> AnswerBody:
+    """Build what is printed on counterweights; see `counterweights_facts`.
+
+    Args:
+        following: the command that comes next; empty without one.
+    """
     facts = Facts(counterweights_facts(counterweights, reduce), least=1)
-    body: list[AnswerPart] = [counterweights.sentence, "", facts]
+    lead = [f"Next: {following}"] if following else []
+    body: list[AnswerPart] = [counterweights.sentence, *lead, "", facts]
     if counterweights.z is not None:
         digits = _digits_of(counterweights)
         rows = counterweight_rows(counterweights.weights, counterweights.regions, digits=digits)

@@ -100,9 +100,14 @@ def body_rows(bodies: Sequence[BodyInertia], length: float) -> list[tuple[str, .
     return [head, *(_row(body, length) for body in bodies)]
 
 
-def design_body(design: Design, reduce: str = REDUCE) -> AnswerBody:
-    """Build what is printed on a design; see `design_facts`."""
-    body: list[AnswerPart] = [Facts(design_facts(design, reduce), least=13)]
+def design_body(design: Design, reduce: str = REDUCE, following: str = "") -> AnswerBody:
+    """Build what is printed on a design; see `design_facts`.
+
+    Args:
+        following: the command that comes next; empty without one.
+    """
+    body: list[AnswerPart] = [f"Next: {following}", ""] if following else []
+    body.append(Facts(design_facts(design, reduce), least=13))
     if design.bodies:
         body += ["", AnswerTable(body_rows(design.bodies, design.space.length))]
     if design.bodies and design.density:

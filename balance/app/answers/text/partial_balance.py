@@ -17,7 +17,7 @@ from balance.app.answers.text.counterweights import (
     density_facts,
     moved_facts,
     part_lines,
-    sliver_facts,
+    shape_facts,
 )
 from balance.app.answers.text.linkage import amplitude_text, linkage_facts
 from balance.masses.counterweights.link_regions import default_region
@@ -25,7 +25,7 @@ from balance.masses.counterweights.shaped.across_plane import at_rim
 from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
-from balance.motion.verification.crank_revolution import TURN
+from balance.motion.verification.crank_revolution import TURN, Crank
 from balance.motion.verification.trajectory import singularity_remark
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
@@ -55,7 +55,7 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
     if best.shaking is not None:
         pairs += _shaking_facts(front, best, best.shaking)
         pairs += moved_facts(best.moved)
-        pairs += [*_shape_facts(front, best), *sliver_facts(best.weights)]
+        pairs += [*_shape_facts(front, best), *shape_facts(best.weights)]
         several = len(front.designs) > 1
         room = _filled_facts(best) if several else _room_facts(best)
         if best.shape is not None:
@@ -90,8 +90,7 @@ def _motion_fact(front: ParetoFront) -> tuple[str, str]:
             rate, turn = float(ud[0, k]), abs(float(u[-1, k] - u[0, k])) / TURN
             steady = np.abs(ud[:, k] - rate).max() <= STEADY * abs(rate)
             if rate and steady and name not in linkage.sliding and abs(turn - 1.0) <= STEADY:
-                rpm = number_text(rate * 60.0 / TURN, ".6g")
-                return "motion", f"one revolution of {name} at {rpm} rpm"
+                return "motion", Crank(name, rate, periodic=True).words
     size = np.max([np.abs(motion.u).max(axis=0) for motion in motions], axis=0)
     sizes = dict(zip(linkage.inputs, size.tolist(), strict=True))
     duration = f"{number_text(max(motion.duration for motion in motions))} s"

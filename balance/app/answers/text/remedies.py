@@ -18,6 +18,15 @@ from kinematics.wording import count_noun, number_text, size_text
 
 DIGITS = 4
 NONE = "-"
+# What is said below a command that adds point masses, as the table has them.
+IN_STEEL = (
+    "with --density steel: the same of steel, which takes more mass than the point masses "
+    "printed here, or leaves more to shake"
+)
+NO_TRADE_OFF = (
+    "trade-off: none, for it is of remedies that balance the linkage by the least matter, and "
+    "none of these does"
+)
 # Gaps below it are those of the solver.
 GAP_DETERMINED = 1e-6
 ONLY_COPIES = "of these remedies only copies of the whole linkage balance it"
@@ -81,7 +90,8 @@ def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[t
         words += ["--balance force: the forces alone"] * (request.balance == "dynamic")
         if words:
             pairs.append(("other ways", "; ".join(words)))
-        pairs.append(("reduce", reduce))
+        in_steel = ", in steel" * (request.density is None)
+        pairs.append((f"reduce{in_steel}", reduce))
     return pairs
 
 
@@ -125,6 +135,8 @@ def remedies_sentence(comparison: RemedyComparison) -> str:
     """Say what one would build and what it costs, or that nothing balances the linkage."""
     if only_unbuilt(comparison):
         return f"{_in_practice(comparison)}{_why_unbuilt(comparison)}."
+    if comparison.only_copies and not _tried_less(comparison):
+        return _copies_alone(comparison)
     if comparison.balanced:
         return f"Build {comparison.by_preference[0].short}: {comparison.why_first}."
     if comparison.verdict == "undecided":
@@ -138,6 +150,23 @@ def remedies_sentence(comparison: RemedyComparison) -> str:
         heavy = f"{first.short[0].upper()}{first.short[1:]} ({cost})"
         return f"{practice.removesuffix('; ') or heavy}."
     return f"{practice or none[0].upper()}{none if practice else none[1:]}."
+
+
+def _tried_less(comparison: RemedyComparison) -> bool:
+    """Whether remedies that take the force, or a part of the shaking, were tried too."""
+    return any(each.remedy in ON_LINKS for each in comparison.results)
+
+
+def _copies_alone(comparison: RemedyComparison) -> str:
+    """Say that copies balance the linkage, at which cost, and where that is worth it."""
+    copies = comparison.balanced[0]
+    less = ON_LINKS if comparison.request.balance == "dynamic" else ON_LINKS[1:]
+    text = f"{copies.short[0].upper()}{copies.short[1:]} balance the linkage, and nothing else "
+    return (
+        f"{text}that was tried: {_cost_text(comparison, copies)}. Worth it only where nothing "
+        f"may shake: others add less and leave some (--only {','.join([*COPIES, *less])} "
+        "compares them)."
+    )
 
 
 def first_choice(comparison: RemedyComparison) -> AppliedRemedy | None:
@@ -162,22 +191,25 @@ def _in_practice(comparison: RemedyComparison) -> str:
 
 def _why_unbuilt(comparison: RemedyComparison) -> str:
     """Say why one builds nothing of what balances."""
-    given = comparison.request.given_mass
     light = [each for each in comparison.balanced if not comparison.too_heavy(each)]
     each = (light or comparison.balanced)[0]
-    ratio = number_text(each.added_mass_with_gears / given, ".2g")
     what = "all shaking" if comparison.request.balance == "dynamic" else "the force"
     text = f"balancing {what} is not worth it: the lightest way ({each.short}) adds "
-    text += f"{each.added_text}, {ratio} times the mass of the linkage"
-    if not _less_shaking(comparison):
-        text = text[0].upper() + text[1:]
-    if each.remedy in COPIES:
+    text += _cost_text(comparison, each)
+    return text if _less_shaking(comparison) else text[0].upper() + text[1:]
+
+
+def _cost_text(comparison: RemedyComparison, applied: AppliedRemedy) -> str:
+    """Say what a remedy adds, and of copies how many parts and how much room."""
+    ratio = applied.added_mass_with_gears / comparison.request.given_mass
+    text = f"{applied.added_text}, {number_text(ratio, '.2g')} times the mass of the linkage"
+    if applied.remedy in COPIES:
         text += (
-            f", {count_noun(len(each.new_links), 'link')} and "
-            f"{count_noun(len(each.new_joints), 'joint')}"
+            f", {count_noun(len(applied.new_links), 'link')} and "
+            f"{count_noun(len(applied.new_joints), 'joint')}"
         )
-        if each.built is not None and each.built.width_ratio is not None:
-            text += f", at {number_text(each.built.width_ratio, '.2g')} times the width"
+        if applied.built is not None and applied.built.width_ratio is not None:
+            text += f", at {number_text(applied.built.width_ratio, '.2g')} times the width"
     return text
 
 
@@ -276,7 +308,7 @@ def remedies_body(comparison: RemedyComparison, reduce: str = REDUCE) -> AnswerB
     table: list[AnswerPart] = [AnswerTable(rows), UNITS, ""] if len(rows) > 1 else []
     return [
         remedies_sentence(comparison),
-        *([f"Next: {comparison.following}"] if comparison.following else []),
+        *following_lines(comparison),
         "",
         Facts(remedies_facts(comparison, reduce)),
         "",
@@ -285,6 +317,16 @@ def remedies_body(comparison: RemedyComparison, reduce: str = REDUCE) -> AnswerB
         *(refused_lines(comparison) if some else _unhelpful_lines(comparison)),
         *_trade_offs(comparison),
     ]
+
+
+def following_lines(comparison: RemedyComparison) -> list[str]:
+    """Write the command that comes next, and what kind of matter it adds; none without one."""
+    if not comparison.following:
+        return []
+    first = first_choice(comparison)
+    on_links = first is not None and first.remedy in ON_LINKS
+    points = on_links and comparison.request.density is None
+    return [f"Next: {comparison.following}", *[f"      {IN_STEEL}"] * points]
 
 
 def _unhelpful_lines(comparison: RemedyComparison) -> list[str]:
@@ -298,7 +340,7 @@ def _unhelpful_lines(comparison: RemedyComparison) -> list[str]:
 
 
 def _trade_offs(comparison: RemedyComparison) -> AnswerBody:
-    """Build the tables of mass against inertia, if they were asked for."""
+    """Build the table of mass against inertia if it is asked for, or say why it is empty."""
     given = comparison.request.given_mass
     rows = [
         (
@@ -312,6 +354,6 @@ def _trade_offs(comparison: RemedyComparison) -> AnswerBody:
         for point in applied.trade_off
     ]
     if not rows:
-        return []
+        return ["", NO_TRADE_OFF] if comparison.request.trade_off else []
     head = "trade-off", "added (kg)", "input inertia (kg m2)", "gear", "gap"
     return ["", AnswerTable([head, *rows])]

@@ -63,13 +63,16 @@ def run_data(file: ResultsFile, job: SweepJob, summary: RunSummary, best: Data |
     }
 
 
-def run_body(run: Data, lines: Sequence[str], of_study: bool) -> AnswerBody:
+def run_body(
+    run: Data, lines: Sequence[str], of_study: bool, force_row: int | None = None
+) -> AnswerBody:
     """Build what is printed on a run: facts, the rows, and commands that lead on.
 
     Args:
         run: from `run_data`.
         lines: the commands.
         of_study: whether the request is the file of a study, whose entries change it.
+        force_row: a row that has an answer for the forces alone, if it was sought and is there.
     """
     units = [column["unit"] for column in run["columns"]]
     facts = [*file_facts(run), *_progress_facts(run), *_model_facts(run)]
@@ -87,7 +90,7 @@ def run_body(run: Data, lines: Sequence[str], of_study: bool) -> AnswerBody:
     facts += _best_facts(run)
     body: list[AnswerPart] = [Facts(facts)]
     if not run["answered"]:
-        body[:0] = [_no_answer_text(run, of_study), ""]
+        body[:0] = [_no_answer_text(run, of_study, force_row), ""]
     if run["table"]:
         shown = [column for column in run["columns"] if _is_shown(column, run["results"])]
         body += ["", _table(run, shown)]
@@ -258,12 +261,11 @@ def _best_facts(run: Data) -> list[tuple[str, str]]:
     return [("best", f"{row}: {best['file']}, with {masses_text(best['added'])}")]
 
 
-def _no_answer_text(run: Data, of_study: bool) -> str:
+def _no_answer_text(run: Data, of_study: bool, force_row: int | None) -> str:
     """Say that no row has all answers, and what helps."""
     words = str(run["reasons"][0]["reason"]) if run["reasons"] else ""
     if not any(column["name"] == "closed" and column["most"] for column in run["columns"]):
         return "No geometry closes its loops: vary less, or about the lengths of the model."
-    dynamic = words.startswith(("counterweights: ", "design: ")) and "moment" in words
     option = 'balance = "force" of [compute]' if of_study else "--balance force"
-    remedy = f" {option} asks for the shaking force alone." if dynamic else ""
-    return f"No row has all answers: {words}.{remedy}"
+    remedy = f" {option} asks for the shaking force alone: row {force_row} has an answer then."
+    return f"No row has all answers: {words}.{'' if force_row is None else remedy}"

@@ -108,10 +108,16 @@ def _table_facts(verification: Verification) -> list[tuple[str, str]]:
 
 
 def _verdict(verification: Verification) -> str:
-    """Return the verdict; of forces alone, if nothing else counts."""
-    if verification.balance == "force" and verification.decided:
+    """Return the verdict; of forces alone, or which load is cancelled and which is not."""
+    if not verification.decided or (
+        verification.balance == "dynamic" and verification.balanced
+    ):
+        return verification.verdict
+    if verification.balance == "force":
         return f"{verification.verdict}; the moment does not count"
-    return verification.verdict
+    alone = " (--balance force)" * (verification.force_residual <= verification.tolerance)
+    outcome = f": {verification.outcome}{alone}".removesuffix(": ")
+    return f"{verification.verdict}{outcome}"
 
 
 def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
@@ -122,8 +128,7 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
         return [
             (
                 "motion",
-                f"one revolution of {crank.joint} at {crank.rpm:.6g} rpm "
-                f"({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps",
+                f"{crank.words} ({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps",
             ),
             ("duration", f"{verification.duration:.4g} s"),
         ]

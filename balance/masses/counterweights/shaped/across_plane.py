@@ -38,6 +38,27 @@ def at_rim(space: DesignSpace, weight: Counterweight, region: Region) -> bool:
     return not region.contains(moved, SHAPE_INSIDE).all()
 
 
+def arm_length(space: DesignSpace, body: int, shape: Region) -> float:
+    """Compute the distance of a shape from the nearest joint of its link, in the plane; m.
+
+    Args:
+        space: a design space of the linkage, which is planar.
+        body: position of the body.
+        shape: a disc or cylinder across the plane, or a block; 0 where it holds a joint.
+    """
+    axes, _ = axes_and_height(space, body)
+    R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
+    joints = (np.array(joint_points(space, space.linkage.bodies[body])) - origin) @ R
+    away = (joints - shape.centre) @ axes[:2].T
+    if shape.offsets.size:
+        sides = axes[:2] @ shape.place[:3, :2]
+        sizes = np.linalg.norm(sides, axis=0)
+        beyond = np.linalg.norm(np.maximum(np.abs(away @ (sides / sizes)) - sizes, 0.0), axis=1)
+    else:
+        beyond = np.linalg.norm(away, axis=1) - np.linalg.norm(shape.place[:3, 0])
+    return max(0.0, float(beyond.min()))
+
+
 def axes_and_height(space: DesignSpace, body: int) -> tuple[Array, float]:
     """Find axes along and across the plane of a linkage in a link frame, and its height."""
     frame = space.linkage.chain.frame

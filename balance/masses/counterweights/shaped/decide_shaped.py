@@ -20,6 +20,7 @@ from balance.masses.counterweights.counterweight import filled_counterweight
 from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.counterweights.decide_points import balance_residual, with_moments
 from balance.masses.counterweights.regions import ball_region
+from balance.masses.counterweights.shaped.across_plane import arm_length
 from balance.masses.counterweights.shaped.sectors import decide_sectors, fan_of
 from balance.masses.counterweights.shaped.shape_holder import (
     COUNT,
@@ -113,7 +114,8 @@ def _decide_grown(
             stock = holder.fill(program.unit * masses[k], centres[k])
             matter, place = fill(stock, WHOLE), stock.region.place
             moments[k] = place @ matter @ place.T / program.unit
-            weights[b] = filled_counterweight(space.bodies[b], stock, WHOLE, matter)
+            arm = arm_length(space, b, stock.region)
+            weights[b] = filled_counterweight(space.bodies[b], stock, WHOLE, matter, arm)
     z = with_moments(program, moments)
     residual = balance_residual(space, z)
     inside = all(holders[b].holds(weight.region) for b, weight in weights.items())

@@ -159,7 +159,7 @@ def sector_of(link: str, stock: Stock, arc: AngleRange) -> Counterweight:
     region = sector_region(place[:3, 3], axes, sizes[0], 2.0 * float(sizes[2]), 0.5 * arc.width)
     whole = Fan(AngleRange(-0.5 * arc.width, arc.width))
     matter = Stock(region, stock.density, fan=whole)
-    return filled_counterweight(link, matter, WHOLE, fill(matter, WHOLE))
+    return filled_counterweight(link, matter, WHOLE, fill(matter, WHOLE), arm=0.0)
 
 
 def _sides(region: Region, shape: WeightShape, axes: Array, at: Array) -> tuple[Array, Array]:

@@ -39,6 +39,12 @@ def test_help_fits_on_a_page(verb, monkeypatch):
     assert len(examples_of(text)) == 3
 
 
+@pytest.mark.parametrize("verb", ["counterweights", "reduce"])
+def test_help_says_where_matter_may_be_without_a_region(verb, monkeypatch):
+    (line,) = (x for x in help_of(verb, monkeypatch).splitlines() if "--region L=" in x)
+    assert line.endswith("(half L's length about joint)")
+
+
 def test_help_of_paths_fits_on_a_page(monkeypatch):
     """It has no examples."""
     assert len(help_of("paths", monkeypatch).splitlines()) <= MOST_LINES

@@ -14,7 +14,9 @@ import balance
 import kinematics
 from balance.app.answers.html.render import rows_table
 from balance.app.answers.text.design import unusual_matter
-from balance.app.cli.next_command import reduce_command
+from balance.app.cli.next_command import reduce_command, relaxed_command
+from balance.masses.counterweights.counterweights_result import Relaxation
+from balance.masses.counterweights.regions import ball_region
 from balance.masses.designs.density import Solid
 from balance.support.change_text import grows
 from balance.support.linkage_names import linkage_title
@@ -69,6 +71,54 @@ def test_the_command_that_is_named_runs(words):
     command = shlex.split(row_of(infeasible.out, "reduce"))
     assert command[:3] == ["balance", "reduce", words.split()[1]]
     assert asked(command[1:]).code == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("words", "change"),
+    [
+        ("five_bar --links left_lower", "--links left_lower,"),
+        (f"{MODEL} --links coupler,rocker", "--links coupler,rocker,crank"),
+        (f"{MODEL} --links crank,rocker --density 200 --thickness 10mm", "--density "),
+        (f"{MODEL} --links crank", "--links crank,rocker "),
+    ],
+)
+def test_the_relaxed_request_that_comes_next_balances(words, change):
+    """Each command that is named runs, with the links, the region or the density it names."""
+    infeasible = asked(["counterweights", *words.split(), "--balance", "force"])
+    assert infeasible.code == 1
+    command = row_of(infeasible.out, "Next:")
+    assert change in f"{command} "
+    relaxed = asked(shlex.split(command)[1:])
+    assert relaxed.code == 0 and "feasible: " in row_of(relaxed.out, "verdict")
+
+
+def relaxed(words, *changes, shape=None, chosen=("a",), density=(), limits=None):
+    """The command of a request on link ``a`` that changes make feasible."""
+    arguments = SimpleNamespace(words=["m", *words], links=["a"], density=density)
+    matter = SimpleNamespace(
+        worth_naming=tuple(Relaxation(*change) for change in changes),
+        shape=shape,
+        chosen=chosen,
+        density=limits,
+        regions={"a": ball_region([0.0, 0.0, 0.0], 0.1)},
+    )
+    return relaxed_command(arguments, matter).removeprefix("balance counterweights ")
+
+
+def test_the_relaxed_request_is_written_where_options_can():
+    words = ["--links", "a"]
+    more = (("b", "c"), None, 1.0)
+    assert relaxed(words, more) == "m --links a,b,c"
+    assert relaxed(words, (("all",), None, 1.0)) == "m --links all"
+    assert relaxed(words, more, shape="disc=0.02").startswith("perhaps: balance counter")
+    assert relaxed(words, more, density=[("a", 8e3)]) == "" == relaxed(words)
+    grown = (("a",), 2.0, 0.8)
+    assert relaxed(words, grown, more) == "m --links a --region 'a=ball(0,0,0,0.202)'"
+    assert relaxed(words, grown, more, chosen=()) == "m --links a,b,c"
+    assert relaxed(words, (("a",), 2.0, 9.0), more) == "m --links a,b,c"
+    assert relaxed(words, ((), 2.0, 1.0), limits={"a": 200.0}) == "m --links a --density 404"
+    assert relaxed(words, ((), 2.0, 1.0), limits={"a": 200.0, "b": 300.0}) == ""
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ import balance
 import kinematics
 from balance.app.answers.answer import AnswerTable
 from balance.app.answers.text.remedies import (
+    NO_TRADE_OFF,
     first_choice,
     remedies_body,
     remedies_facts,
@@ -280,7 +281,7 @@ def test_what_is_too_heavy_is_not_built_first():
     sentence = remedies_sentence(found)
     assert sentence.startswith("Build less shaking for a budget (1 kg of point masses added, ")
     assert "kg, 20 times the mass" in sentence
-    assert said["reduce"] == "balance reduce m --links a --budget 1"
+    assert said["reduce, in steel"] == "balance reduce m --links a --budget 1"
 
 
 def test_springs_are_not_said_to_shake_less():
@@ -324,6 +325,9 @@ def test_where_all_were_tried_the_answer_comes_before_a_short_rest():
         "; whether one of these remedies balances the linkage is undecided."
     )
     assert body[1] == "Next: balance remedies m --only partial --out built"
+    assert body[2].strip().startswith("with --density steel: the same of steel")
+    steel = replace(found, request=replace(found.request, density=7850.0))
+    assert remedies_body(steel)[2] == "" and "reduce" not in dict(remedies_facts(steel))
     (table,) = [part for part in body if isinstance(part, AnswerTable)]
     assert [row[0] for row in table.rows[1:]] == ["less shaking for a budget"]
     assert body[-4:] == [
@@ -393,8 +397,22 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
         "torque × 0.25",
     ]
     alone = replace(found, results=(copies, results[3]))
-    assert remedies_sentence(alone).startswith("Build mirrored copies: ")
+    said = remedies_sentence(alone)
+    assert said.startswith(
+        "Mirrored copies balance the linkage, and nothing else that was tried"
+    )
+    assert (
+        "2 links and 1 joint, at 3.2 times the width. Worth it only where nothing may" in said
+    )
+    assert "--only duplicates,force_masses,partial compares them" in said
     assert "adds 7 kg with its gears" in alone.why_first
+
+
+def test_a_trade_off_that_no_remedy_has_is_said():
+    found = comparison_of(("partial", "partial", 1.0))
+    assert NO_TRADE_OFF not in remedies_body(found)
+    asked_for = replace(found, request=replace(found.request, trade_off=4))
+    assert remedies_body(asked_for)[-2:] == ["", NO_TRADE_OFF]
 
 
 def test_where_only_copies_help_one_sentence_says_so():
@@ -402,7 +420,7 @@ def test_where_only_copies_help_one_sentence_says_so():
     facts = dict(remedies_facts(found))
     said = facts["other ways"]
     assert "only copies" in said and "--balance force" in said
-    assert facts["reduce"].startswith("balance reduce")
+    assert facts["reduce, in steel"].startswith("balance reduce")
     forces = replace(found, request=replace(found.request, balance="force"))
     said = dict(remedies_facts(forces))["other ways"]
     assert "only copies" in said and "--balance" not in said

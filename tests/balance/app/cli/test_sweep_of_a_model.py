@@ -166,10 +166,15 @@ def test_geometries_that_do_not_close(folder):
 
 
 def test_no_counterweights_say_what_helps(folder):
-    words = ["four_bar_general", "--vary", "coupler.length=0.9", "--counterweights", "crank"]
-    done = asked(["sweep", "run", *words, *BESIDE])
-    assert done.code == 1 and done.out.startswith("No row has all answers: counterweights: ")
-    assert "--balance force asks for the shaking force alone" in done.out
+    """The forces alone are proposed where the row has masses for them: not by the crank."""
+    words = ["four_bar_general", "--vary", "coupler.length=0.9", "--counterweights"]
+    crank = asked(["sweep", "run", *words, "crank", *BESIDE])
+    assert crank.code == 1 and "--balance force" not in crank.out
+    both = asked(["sweep", "run", *words, "crank,rocker", "--balance", "dynamic", *BESIDE])
+    assert both.code == 1 and both.out.startswith("No row has all answers: counterweights: ")
+    assert "--balance force asks for the shaking force alone: row 0 has an answer" in both.out
+    command = shlex.split(re.search("Next: balance (sweep run .*)", both.out)[1])
+    assert asked(command).code == 0 and "dynamic" not in command
 
 
 SOME_CLOSE = ("four_bar_general", "--vary", "coupler.length=0.01:1.2:3")
@@ -254,7 +259,7 @@ def test_the_best_of_equal_rows(folder, lengths, column, text):
 
 def test_masses_that_follow_lengths_are_asked_for_where_they_can_be(folder):
     """By an option of a model, and by an entry of a study, which refuses that option."""
-    words = ["--counterweights", "crank", "--write-study", "study.toml"]
+    words = ["--counterweights", "crank,rocker", "--write-study", "study.toml"]
     done = asked(["sweep", "run", *SOME_CLOSE, *words, *BESIDE])
     assert "length; --vary coupler.mass_per_length=KG_PER_M makes a bar" in done.out
     assert ". --balance force asks for" in done.out

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ ENTRIES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2),
 def table_of(files):
     """Rows of the table by link, with numbers as numbers."""
     rows = csv.DictReader(io.StringIO(files["parts.csv"].decode()))
-    words = ("link", "mesh", "outline", "solid")
+    words = ("link", "shape", "mesh", "outline", "solid")
     return {
         row["link"]: {k: v if k in words else float(v or "nan") for k, v in row.items()}
         for row in rows
@@ -72,11 +73,20 @@ def check_meshes(files, weights, rays=1e-6):
             assert abs(inertia[at] - weight.inertia[at]) <= rays * size
 
 
+def curves_of(data):
+    """Corners (n, 3) with bulges of the curves of a drawing whose units are millimetres."""
+    drawing = ezdxf.read(io.StringIO(data.decode()))
+    assert (drawing.header["$INSUNITS"], drawing.header["$MEASUREMENT"]) == (4, 1)
+    assert not drawing.audit().has_issues
+    curves = list(drawing.modelspace())
+    assert all(curve.closed for curve in curves)
+    return [np.array(list(curve.get_points("xyb"))) for curve in curves]
+
+
 def outline_moments(data):
     """Area and first moments of outlines of lines and arcs, mm, about the origin."""
     area, moment = 0.0, np.zeros(2)
-    for curve in ezdxf.read(io.StringIO(data.decode())).modelspace():
-        points = np.array([(*v.dxf.location.vec2, v.dxf.bulge) for v in curve.vertices])
+    for points in curves_of(data):
         for (x, y, bulge), (u, v, _) in zip(points, np.roll(points, -1, axis=0), strict=True):
             p, q, cross = np.array([x, y]), np.array([u, v]), x * v - u * y
             area += 0.5 * cross
@@ -108,16 +118,22 @@ def filled(regions, model="four_bar_general", balanced="force", **wishes):
 def test_a_segment_and_a_slice_are_plates_with_their_mass_and_centre():
     answer = filled(ROOM)
     files = part_files(parts_of(answer.weights))
-    assert list(files) == ["crank.stl", "crank.dxf", "rocker.stl", "rocker.dxf", "parts.csv"]
+    assert list(files) == [
+        *("crank.stl", "crank.dxf", "rocker.stl", "rocker.dxf", "parts.csv", "README.txt")
+    ]
     check_meshes(files, answer.weights)
     for weight in answer.weights:
         row = table_of(files)[weight.link]
-        assert row["thickness_m"] == pytest.approx(0.04)
+        assert (row["shape"], row["thickness_mm"]) == ("plate", pytest.approx(40.0))
         area, moment = outline_moments(files[row["outline"]])
-        per_area = STEEL * row["thickness_m"] * 1e-6
+        per_area = STEEL * row["thickness_mm"] * 1e-9
         assert area * per_area == pytest.approx(weight.mass, rel=2e-6)
-        # The axes of the outline are those of the link.
-        np.testing.assert_allclose(1e-3 * moment / area, weight.com[:2], atol=2e-7)
+        # The outline has the frame of the mesh, whose origin is the centre of mass.
+        np.testing.assert_allclose(moment / area, 0.0, atol=2e-4)
+        corners = np.concatenate(curves_of(files[row["outline"]]))
+        mesh = trimesh.load(io.BytesIO(files[row["mesh"]]), file_type="stl")
+        assert (corners[:, :2] >= mesh.bounds[0, :2] - 1e-3).all()
+        assert (corners[:, :2] <= mesh.bounds[1, :2] + 1e-3).all()
 
 
 def test_a_whole_disc_is_one_circle():
@@ -127,11 +143,88 @@ def test_a_whole_disc_is_one_circle():
     weight = filled_counterweight("l1", stock, whole, fill(stock, whole))
     files = part_files(parts_of([weight]))
     check_meshes(files, [weight])
-    curve = ezdxf.read(io.StringIO(files["l1.dxf"].decode())).modelspace()[0]
-    assert [v.dxf.bulge for v in curve.vertices] == [1.0, 1.0]
+    (curve,) = curves_of(files["l1.dxf"])
+    assert curve[:, 2].tolist() == [1.0, 1.0]
     area, moment = outline_moments(files["l1.dxf"])
     assert area == pytest.approx(np.pi * 50.0**2, rel=1e-12)
-    np.testing.assert_allclose(moment / area, [100.0, 200.0], atol=1e-9)
+    np.testing.assert_allclose(moment / area, 0.0, atol=1e-9)
+    row = table_of(files)["l1"]
+    assert (row["shape"], row["radius_mm"], row["thickness_mm"]) == ("disc", 50.0, 20.0)
+    assert [row[f"axis_{axis}_mm"] for axis in "xyz"] == [100.0, 200.0, 300.0]
+    assert not {"hole_radius_mm", "angle_deg", "arm_mm", "solid"} & set(row)
+
+
+def test_the_hole_of_a_ring_is_in_the_table_and_in_the_drawing():
+    """Moments of a ring are those of two discs."""
+    region = read_region("cylinder(0.1,0.2,0.3,0,0,1,0.05,0.02)")
+    stock = Stock(region, STEEL)
+    inner = 0.6
+    ring = np.diag([1.0, 1.0, 0.0, -(inner**2)])
+    weight = filled_counterweight("l1", stock, ring, fill(stock, ring))
+    files = part_files(parts_of([weight]))
+    row = table_of(files)["l1"]
+    assert row["hole_radius_mm"] == pytest.approx(30.0, rel=1e-6)
+    area, _ = outline_moments(files["l1.dxf"])
+    assert area == pytest.approx(np.pi * (50.0**2 - 30.0**2), rel=1e-6)
+    izz = 0.5 * STEEL * np.pi * 0.02 * (0.05**4 - 0.03**4)
+    assert row["izz_kg_m2"] == pytest.approx(izz, rel=1e-5)
+
+
+@pytest.mark.parametrize("axis", ["1,0,0", "0,1,0", "0,3,4"])
+def test_axes_of_a_drawing_are_those_that_are_named(axis):
+    """The mesh, seen along the axes that `README.txt` names, covers the outline."""
+    region = read_region(f"cylinder(0.1,0.2,0.3,{axis},0.05,0.02)")
+    half = np.zeros((4, 4))
+    half[0, 3] = half[3, 0] = 0.3
+    half[1, 3] = half[3, 1] = 0.4
+    half[3, 3] = 0.2
+    stock = Stock(region, STEEL)
+    weight = filled_counterweight("l1", stock, half, fill(stock, half))
+    files = part_files(parts_of([weight]))
+    (line,) = re.findall(
+        r"l1\.dxf: x is \((.*)\) and y is \((.*)\) of l1", files["README.txt"].decode()
+    )
+    axes = np.array([[float(x) for x in text.split(",")] for text in line])
+    mesh = trimesh.load(io.BytesIO(files["l1.stl"]), file_type="stl")
+    seen = mesh.vertices @ axes.T
+    area, moment = outline_moments(files["l1.dxf"])
+    np.testing.assert_allclose(moment / area, 0.0, atol=1e-4)
+    # Second moments of the outline are of this part alone, and differ if an axis is turned.
+    corners = curves_of(files["l1.dxf"])[0][:, :2]
+    distance = np.linalg.norm(corners[:, None] - seen, axis=-1).min(axis=1)
+    assert distance.max() < 1e-2
+    assert np.linalg.norm(corners[:, None] * [1, -1] - seen, axis=-1).min(axis=1).max() > 1.0
+
+
+@pytest.mark.parametrize("shape", ["disc=0.02", "sector=0.02", "cylinder=0.03"])
+def test_the_table_has_the_dimensions_to_make_a_shape(shape):
+    """Mass and centre of textbooks from the dimensions, arms from the joints of the file."""
+    answer = filled({"crank": "", "rocker": ""}, shape=shape)
+    files = part_files(parts_of(answer.weights))
+    table = list(csv.reader(io.StringIO(files["parts.csv"].decode())))
+    assert all(cell for row in table for cell in row)
+    joints = {"crank": [[0, 0], [100, 300]], "rocker": [[0, 0], [-200, 700]]}
+    for link, row in table_of(files).items():
+        radius, thickness = row["radius_mm"], row["thickness_mm"]
+        axis = np.array([row["axis_x_mm"], row["axis_y_mm"]])
+        centre = np.array([row["x_mm"], row["y_mm"]])
+        assert row["shape"] == shape.split("=")[0]
+        angle = np.radians(row.get("angle_deg", 360.0))
+        volume = 0.5 * angle * radius**2 * thickness
+        assert row["mass_g"] == pytest.approx(1e-6 * STEEL * volume, rel=2e-6)
+        if shape.startswith("sector"):
+            assert row["arm_mm"] == 0.0
+            np.testing.assert_allclose(axis, 0.0, atol=1e-9)
+            middle = np.radians(row["direction_deg"])
+            away = 4.0 * radius * np.sin(0.5 * angle) / (3.0 * angle)
+            far = away * np.array([np.cos(middle), np.sin(middle)])
+            np.testing.assert_allclose(centre, far, atol=1e-5 * radius)
+        else:
+            np.testing.assert_allclose(axis, centre, atol=1e-5 * radius)
+            nearest = np.linalg.norm(np.array(joints[link]) - axis, axis=1).min()
+            assert row["arm_mm"] == pytest.approx(nearest - radius, abs=1e-3)
+        drawn = f"{link}.dxf: x is (1, 0, 0) and y is (0, 1, 0) of {link}"
+        assert drawn in files["README.txt"].decode()
 
 
 @pytest.mark.slow
@@ -199,6 +292,7 @@ def test_one_command_writes_parts_and_a_balanced_file_that_shows_them(
     assert main(["counterweights", "four_bar_general", *words]) == 0
     assert "written: heavier.urdf, made" in caplog.text
     assert sorted(path.name for path in (tmp_path / "made").iterdir()) == [
+        "README.txt",
         "crank.dxf",
         "crank.stl",
         "parts.csv",
@@ -260,9 +354,8 @@ def test_outline_and_table_of_a_plate_that_a_circle_cuts_agree():
         row = table_of(files)[part.weight.link]
         assert part.solid.plate.circles  # a circle, not a line
         area, moment = outline_moments(files[part.outline])
-        assert 1e-6 * area * row["thickness_m"] == pytest.approx(row["volume_m3"], rel=2e-6)
-        centre = [row["x_m"], row["y_m"]]
-        np.testing.assert_allclose(1e-3 * moment / area, centre, atol=1e-7)
+        assert 1e-9 * area * row["thickness_mm"] == pytest.approx(row["volume_m3"], rel=2e-6)
+        np.testing.assert_allclose(moment / area, 0.0, atol=1e-4)
 
 
 def test_parts_without_an_outline_are_named(caplog, capsys, tmp_path):
@@ -271,7 +364,7 @@ def test_parts_without_an_outline_are_named(caplog, capsys, tmp_path):
     assert main(["counterweights", *words]) == 0
     assert "no DXF of 'crank': it is not of one thickness" in caplog.text
     assert sorted(path.suffix for path in (tmp_path / "made").iterdir()) == sorted(
-        [".csv", ".dxf", ".stl", ".stl"]
+        [".csv", ".dxf", ".stl", ".stl", ".txt"]
     )
     capsys.readouterr()
 

@@ -12,6 +12,7 @@ import kinematics
 from balance.app.cli.main import main
 from balance.masses.counterweights.decide_points import balance_residual
 from balance.masses.counterweights.region_text import read_region
+from balance.masses.counterweights.shaped.across_plane import arm_length, axes_and_height
 from balance.masses.counterweights.shaped.sectors import fan_of
 from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes
 from balance.masses.counterweights.volume.cut_regions import Stock
@@ -171,6 +172,7 @@ def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch)
     text = (tmp_path / "discs.urdf").read_text()
     assert text.count("<cylinder radius=") == 4  # <visual> and <collision> of two discs
     assert sorted(path.name for path in (tmp_path / "made").iterdir()) == [
+        "README.txt",
         "crank.dxf",
         "crank.stl",
         "parts.csv",
@@ -179,6 +181,32 @@ def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch)
     ]
     assert main(["verify", "discs.urdf", "--trajectories", "1", "--balance", "force"]) == 0
     capsys.readouterr()
+
+
+@pytest.mark.parametrize("text", ["disc=0.02", "block=0.02"])
+def test_the_arm_of_a_shape_is_its_distance_from_the_nearest_joint(text, turned_arm):
+    """Against the least distance of many points of the shape, in a frame that is turned."""
+    space = balance.design_space(turned_arm, balance="force")
+    (shape,) = read_weight_shapes(text)
+    axes, _ = axes_and_height(space, 0)
+    for centre in ([0.3, 0.1, 0.0], [0.2, -0.01, 0.05], [0.02, 0.03, 0.0]):
+        region = shape.place(2.0, STEEL, np.array(centre), axes)
+        grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 801)] * 2), axis=-1).reshape(-1, 2)
+        inside = grid[region.excess(np.insert(grid, 2, 0.0, axis=1)) <= 0.0]
+        points = region.to_link(np.insert(inside, 2, 0.0, axis=1))
+        least = np.linalg.norm(points[:, :2], axis=1).min()
+        assert arm_length(space, 0, region) == pytest.approx(least, abs=2.0 * region.size / 800)
+
+
+def test_arms_of_discs_are_told_with_what_to_do(caplog, capsys):
+    words = ["counterweights", "four_bar_general", "--balance", "force"]
+    words += ["--links", "crank,rocker"]
+    assert main([*words, "--shape", "disc=20mm"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "arm from the nearest joint to the part 20.99 mm on 'crank', 241.5 mm on" in text
+    assert "an arm that holds it is not counted: add its mass to the link" in text
+    assert main([*words, "--shape", "sector=20mm"]) == 0
+    assert "arm " not in capsys.readouterr().out
 
 
 def test_shapes_that_do_not_fit_are_not_found(arm):

@@ -24,6 +24,7 @@ from tests.support.laws import altered, placed, resized, sums
 from tests.support.shapes import conditions, functional, matrix, outside
 
 # A heavy coupler that is kept, and little mass to balance it.
+BEYOND = "feasible anywhere (--anywhere, in Python within=None): "
 CLASH = ("four_bar_general", ["coupler"], {"crank": (0.0, 0.1)})
 
 
@@ -73,8 +74,8 @@ def test_both_verdicts_are_told():
         ratios[name] = away / ball.radius, away
     name = max(ratios, key=ratios.get)
     assert ratios[name][0] > 1.0
-    told = f"; feasible anywhere: centre of mass of {name} {ratios[name][1]:.2g} m away"
-    assert found.words.endswith(told)
+    away = f"centre of mass of {name} {ratios[name][1]:.2g} m away"
+    assert found.words.endswith(f"; {BEYOND}{away}")
     assert found.balls.keys() == {"crank", "rocker"}, "what is kept has no ball"
 
 
@@ -83,7 +84,7 @@ def test_a_body_whose_mass_is_spread_too_far_is_told():
     space = space_of("four_bar_antiparallelogram")
     found = design_of_any_density(space, within=0.5)
     told = found.words.rpartition("; ")[2]
-    assert found.verdict == "infeasible" and told.startswith("feasible anywhere: ")
+    assert found.verdict == "infeasible" and told.startswith(BEYOND)
     asked = constraints_of(space, [], {}, 0.5)
     P = {name: matrix(z) for name, z in zip(space.bodies, found.anywhere.z, strict=True)}
     centres = [
@@ -103,7 +104,8 @@ def test_the_command_tells_both(capsys):
     assert set(found["balls"]) == {"crank", "rocker"} and found["anywhere"]["balls"] == {}
     assert main(words) == 1
     text = capsys.readouterr().out
-    assert "infeasible within 1.5 link lengths" in text and "feasible anywhere: " in text
+    assert "infeasible within 1.5 link lengths" in text and BEYOND in text
+    assert text.startswith(f"Next: balance {' '.join(words)} --anywhere\n")
     assert "within 1.5 lengths of the link from the middle of its joints" in text
     assert main([*words, "--anywhere", "--json"]) == 0
     free = json.loads(capsys.readouterr().out)

@@ -65,7 +65,10 @@ def test_designs_are_balanced_and_can_be_built(model, motion, objective):
 
 @pytest.mark.parametrize(("model", "motion"), FEASIBLE)
 def test_the_best_is_better_than_the_others(model, motion):
-    """Value of each objective, measured anew: no other design or mixture of two is below."""
+    """Value of each objective, measured anew: no other design or mixture of two is below.
+
+    Of designs whose inertia is the least but for 1e-6 of it, the nearest one counts.
+    """
     space = space_of(model, motion)
     found = {name: design_of_any_density(space, name) for name in OBJECTIVES[:3]}
     measured = {name: value_of(name, space) for name in found}
@@ -74,7 +77,8 @@ def test_the_best_is_better_than_the_others(model, motion):
         for other in found.values():
             for share in (0.1, 1.0):
                 mixed = (1.0 - share) * best.z + share * other.z
-                assert measured[name](mixed) >= best.value * (1.0 - 1e-7)
+                excess = 1.1e-6 if name == "inertia" else 1e-7
+                assert measured[name](mixed) >= best.value * (1.0 - excess)
 
 
 def value_of(name, space):

@@ -287,7 +287,10 @@ def test_a_budget_below_what_the_solver_tells_is_not_limited_by_room(one_arm, ca
 
 
 def test_a_sector_that_no_workshop_cuts_names_shapes_that_it_does():
-    """A sector of the mass ρ t φ R²/2 that is said to be of 60° has that mass."""
+    """A sector of the mass ρ t φ R²/2 that is said to be of 60° has that mass.
+
+    What it costs is the distance of the centre, from the integral of the sector: as sampled.
+    """
     words = [
         "reduce",
         "slider_crank",
@@ -310,3 +313,15 @@ def test_a_sector_that_no_workshop_cuts_names_shapes_that_it_does():
     mass = 7850 * 0.02 * np.pi / 6.0 * (1e-3 * float(radius)) ** 2
     assert abs(mass - 0.5) <= 0.02
     assert "too narrow" not in asked([*words, f"sector=20mm,{radius}mm"]).out
+    far, near = map(float, re.findall(r"has ([\d.]+) times the unbalance", said))
+    (turn,) = re.findall(r"a sector of ([\d.]+)° on 'crank'", said)
+    wide = float(radius) * (60.0 / float(turn)) ** 0.5
+
+    def distance(angle, reach):
+        r, a = np.meshgrid(np.linspace(0.0, reach, 2001), np.linspace(-angle, angle, 201) / 2)
+        return float((r * r * np.cos(np.radians(a))).sum() / r.sum())
+
+    narrow = distance(float(turn), wide)
+    assert near == pytest.approx(distance(60.0, float(radius)) / narrow, rel=0.05)
+    disc = wide * (float(turn) / 360.0) ** 0.5
+    assert far == pytest.approx((wide - disc) / narrow, rel=0.05) and far > 1.0 > near

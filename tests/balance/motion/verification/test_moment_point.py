@@ -10,6 +10,7 @@ import pytest
 
 import balance
 import kinematics
+from balance.app.answers.text.verification import verification_body
 from balance.app.cli.main import main
 from balance.motion.flexible.flex_data import moment_about
 from tests.support.verify_command import FEW, run
@@ -54,6 +55,31 @@ def test_against_is_about_the_middle_of_the_linkage_before(with_far_wheel, capsy
     )
     pair = balance.motion.verify_against(with_far_wheel, MODEL, trajectories=1)
     assert pair.after.point.tolist() == pair.before.point.tolist() == alone["about"]
+
+
+def test_the_sentence_says_which_loads_are_cancelled(tmp_path):
+    """It does not contradict the verdict: weights against the force raise the moment."""
+    path = tmp_path / "weights.urdf"
+    links = ["crank", "rocker"]
+    balance.counterweights(MODEL, links, balance="force", density=None).to_urdf(path)
+
+    def against(after, before, **options):
+        return balance.motion.verify_against(after, before, trajectories=1, **options)
+
+    pair = against(path, MODEL)
+    assert pair.sentence.endswith(": the force is cancelled, the moment is not.")
+    assert pair.after.verdict == "not balanced" and not against(MODEL, MODEL).after.outcome
+    forces = against(path, MODEL, balance="force")
+    assert forces.sentence.endswith(": the force is cancelled, the moment does not count.")
+    assert forces.after.verdict == "forces balanced"
+    kite = against("four_bar_kite_balanced", "four_bar_kite")
+    assert kite.sentence.endswith(": no shaking is left.") and kite.after.balanced
+    text = verification_body([pair.after, pair.before])
+    rows = {row[0]: row[1:] for row in text[2].rows}
+    assert rows["verdict"][0].startswith(
+        "not balanced: the force is cancelled, the moment is not"
+    )
+    assert rows["verdict"][1].startswith("not balanced (tolerance")
 
 
 def test_several_models_have_one_point(with_far_wheel, capsys):

@@ -199,6 +199,8 @@ def test_two_runs_do_not_share_a_file(tmp_path):
         with ResultsFile.open(path) as reader:
             assert reader.computed() == (64, 64)
     ResultsFile.resume(path, job).close()
+    # What keeps runs apart is no file that a listing of the folder shows.
+    assert [each.name for each in tmp_path.glob("[!.]*")] == ["a.db"]
 
 
 def test_a_run_that_ended_at_once_is_begun_again(tmp_path):

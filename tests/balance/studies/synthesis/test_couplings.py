@@ -119,6 +119,7 @@ def test_files_of_the_slot_hold_its_points():
     assert np.allclose(np.conj(drawn), 1e3 * slot.points, rtol=1e-5)
     assert root.get("width").endswith("mm")
     drawing = ezdxf.read(StringIO(slot_file(slot, "dxf").decode()))
-    (line,) = drawing.modelspace().query("POLYLINE")
-    corners = [complex(*vertex.dxf.location.vec2) for vertex in line.vertices]
+    assert (drawing.units, drawing.header["$MEASUREMENT"]) == (ezdxf.units.MM, 1)
+    (line,) = drawing.modelspace().query("LWPOLYLINE")
+    corners = [complex(*point) for point in line.get_points("xy")]
     assert np.allclose(corners, 1e3 * slot.points, atol=1e-4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -29,6 +30,9 @@ def test_changes_in_words():
     assert change_text(5.0, 5.01, "N") == "5 → 5 N (unchanged)"
     assert change_text(135.1, 124.6, "N", worded=True) == "135 → 125 N (8 % less)"
     assert change_text(2.0, 1240.0, "N") == "2 → 1200 N (620 times)"
+    # A load of which some is left is not 100 % less.
+    assert change_text(8.4, 0.0021, "N", worded=True) == "8.4 → 0.0021 N (99.97 % less)"
+    assert change_text(8.4, 1e-6, "N", 1e-9).endswith("(−99.99 %)")
     # What round-off decides is nothing, and nothing has no percentage.
     assert change_text(22.0, 1e-13, "N", 1e-12) == "22 → 0 N (−100 %)"
     assert change_text(1e-13, 3.0, "N", 1e-12) == "0 → 3 N"
@@ -115,7 +119,8 @@ def test_answers_begin_with_the_sentence(capsys):
 def test_page_of_designs_has_the_loads_of_the_last(balanced):
     front = balance.pareto(MODEL, LINKS, 3, 0.5)
     elements = Elements(front_page(front))
-    assert front.designs[-1].sentence in " ".join(elements.text.split())
+    words = " ".join(elements.text.split())
+    assert front.designs[-1].sentence in words
     assert "What each kilogram buys" in elements.text
     # Peaks over all motions, which Pinocchio computes, are those of the program.
     best = front.designs[-1]
@@ -124,6 +129,13 @@ def test_page_of_designs_has_the_loads_of_the_last(balanced):
     assert loads.after.force == pytest.approx(best.shaking.peak_force, rel=1e-9)
     assert loads.after.drive_peaks == pytest.approx(best.shaking.torque, rel=1e-9)
     assert f"{loads.after.force:.3g} N" in elements.text
+    # The sentence has root mean squares, so that the peaks stand beside it.
+    peaks = re.search(
+        r"added\. Peaks of the curves: shaking force ([\d.]+) → ([\d.]+) N", words
+    )
+    written = [float(size) for size in peaks.groups()]
+    # Two digits.
+    assert written == pytest.approx([loads.before.force, loads.after.force], rel=0.05)
 
 
 REGIONS = {

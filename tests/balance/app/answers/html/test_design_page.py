@@ -10,6 +10,7 @@ import pytest
 from balance.app.answers.html.design import block, design_page
 from balance.bodies import mass_properties
 from balance.masses.designs.best_design import design
+from balance.space.certification.certify_space import certify
 from tests.support.design_pages import FOUR_BAR, case
 from tests.support.designs import design_of_any_density
 from tests.support.hostile_names import HOSTILE
@@ -121,6 +122,12 @@ def test_page_holds_the_outcome_and_little_else(model, motion):
     for body, z in zip(found.bodies, found.z, strict=True):
         assert f"{mass_properties(z).mass:.4g}" in elements.text
         assert body.name in elements.text
+
+
+def test_the_page_of_a_python_design_is_as_certain_as_that_of_the_command():
+    found, text = case(*CASES[0])
+    assert found.space.level == "estimated"
+    assert f"dimensions, {certify(found.space).level}" in text and "estimated" not in text
 
 
 def test_names_from_files_are_text():

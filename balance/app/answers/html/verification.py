@@ -57,7 +57,9 @@ def panels(verification: Verification, number: int | None = None) -> list[Panel]
         tuple(joint.name for joint in verification.linkage.joints),
     )
     inputs = _largest_columns(names[0], run.trajectory.u, range(len(names[0])))
-    joints = _largest_columns(names[1], run.bearing, _distinct_columns(run.bearing))
+    alike = _alike_columns(run.bearing)
+    told = [_names_alike([names[1][k] for k in alike.get(j, ())]) for j in range(len(names[1]))]
+    joints = _largest_columns(told, run.bearing, [*alike])
     return [
         Panel(inputs_title(verification.linkage), *inputs),
         Panel("shaking force (N)", axes, -run.about[:, 3:].T, least),
@@ -90,17 +92,24 @@ def verification_table(verification: Verification) -> bytes:
     return csv_table(names, [run.trajectory.time, run.trajectory.u, loads])
 
 
-def _distinct_columns(forces: Array) -> list[int]:
-    """Select columns (N, n) that do not repeat an earlier one.
+def _alike_columns(forces: Array) -> dict[int, list[int]]:
+    """Group columns (N, n) that are alike, by the first one of each group.
 
-    Axes of one joint and joints of massless rods have equal forces.
+    Axes of one joint and joints of massless rods have equal forces: one line shows them.
     """
-    kept: list[int] = []
+    groups: dict[int, list[int]] = {}
     near = FORCE_EQUAL_RELATIVE * forces.max(initial=0.0)
     for k, column in enumerate(forces.T):
-        if all(np.abs(column - forces[:, j]).max() > near for j in kept):
-            kept.append(k)
-    return kept
+        first = next((j for j in groups if np.abs(column - forces[:, j]).max() <= near), k)
+        groups.setdefault(first, []).append(k)
+    return groups
+
+
+def _names_alike(names: Sequence[str]) -> str:
+    """Name the joints of one line: one, both, or the first and how many others."""
+    if len(names) <= 2:
+        return ", ".join(names)
+    return f"{names[0]}, {len(names) - 1} alike"
 
 
 def _largest_columns(

@@ -212,6 +212,15 @@ def test_pictures_are_written(tmp_path, capsys):
     capsys.readouterr()
 
 
+def test_a_line_of_equal_bearing_forces_names_both_joints():
+    """A bar without mass between two joints carries one force through both."""
+    z = np.stack([body.inertia for body in kinematics.load("four_bar_general").bodies])
+    z[1] = 0.0
+    found = verify(kinematics.load("four_bar_general"), z, trajectories=1, samples=20)
+    *_, bearing = panels(found)
+    assert bearing.names == ("u1", "q2, q3", "q4")
+
+
 def test_panels_show_what_was_found():
     linkage = kinematics.load("stewart_6ups")
     found = verify(linkage, trajectories=1, samples=20)

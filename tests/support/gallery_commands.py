@@ -97,6 +97,16 @@ design four_bar_antiparallelogram --minimise mass --bounds coupler=0.5:5 --densi
 design four_bar_kite --minimise change --thickness 0.02
 design six_bar_watt --balance force --minimise change
 design fuga_i --require "force; dynamic at u1=0" --minimise change
+design four_bar_general --balance force --minimise inertia
+design four_bar_parallelogram --balance force --minimise inertia
+design six_bar_stephenson --balance force --minimise inertia
+design four_bar_antiparallelogram --minimise inertia
+design four_bar_antiparallelogram --minimise rotor
+counterweights scissor_three_stage --balance force --links all
+counterweights scissor_three_stage --balance force --links all --minimise rotor
+counterweights scissor_three_stage --balance force --links all --points
+counterweights four_bar_antiparallelogram --balance force --links all --points
+counterweights six_bar_stephenson --balance force --links all --points
 counterweights five_bar --balance force --links left_lower,right_lower
 counterweights five_bar --balance force --links all --shape disc=30mm
 counterweights four_bar_general --balance force --links crank,rocker --speed 300rpm
@@ -116,6 +126,7 @@ reduce four_bar_general --links crank,rocker --budget 1 --speed 300rpm --minimis
 reduce four_bar_general --links crank,rocker --budget 1 --speed 300rpm --frame 50,5,1e5,100
 reduce four_bar_general --links crank,rocker --budget 1 --speed 300rpm --max-torque u1=100
 reduce four_bar_general --links crank,rocker --budget 3 --require "force; dynamic" --weights 2,1
+reduce delta --balance force --links arm1,arm2,arm3 --budget 4kg
 reduce five_bar --links all --budget 2 --points
 reduce five_bar --balance force --links all --budget 9
 reduce slider_crank --balance force --links crank --budget 1 --speed 300rpm --density lead
@@ -125,6 +136,7 @@ remedies four_bar_general --only passive_wheel,moving_mass,free_joint,partial --
 remedies slider_crank --only balance_shafts,force_masses,pantograph,harmonic_springs
 remedies double_pendulum_duplicates --only own_masses,force_masses
 quiet five_bar --to u1=0.5,u2=-0.3 --duration 0.5 --measure peak
+quiet five_bar --to u1=0.5,u2=-0.3 --duration 0.5 --straight --max-velocity 2 --front 3
 quiet five_bar --to u1=0.5,u2=-0.3 --via u1=0.3 --duration 1
 quiet five_bar --to u1=0.5,u2=-0.3 --cycle --harmonics 5 --natural-frequency 2.5
 quiet four_bar_general --to u1=0.5 --straight --max-torque 20

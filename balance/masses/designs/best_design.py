@@ -308,7 +308,8 @@ def design(
     Args:
         space: a design space, or a linkage, its path or its name.
         minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
-            inertia of any body that is not kept, about the origin of its link frame, kg m²;
+            inertia of any body that is not kept, about the origin of its link frame, kg m²; in
+            a plane the nearest such design to the file;
             ``"rotor"``: trace of the generalised inertia matrix of the motion at the reference
             pose, kg m², with sliding coordinates in lengths of ``space.length`` metres;
             ``"change"``: distance from the masses in the file, without a unit, the same in

@@ -17,10 +17,11 @@ largest value that kept bodies and bounds allow. The traces add up to at most te
 that the design of the largest margin has at this ε; with kept bodies or bounds, ten times its
 own sum.
 
-A least inertia of a planar linkage leaves parameters free of all bodies but the one of the
-largest moment. Of the designs whose value exceeds the least one by at most 1e-6 of it, the
-answer is the nearest one to the masses in the file: that of the least
-``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with eigenvalues of P0 of at least a fifth of their mean.
+A least inertia of a planar linkage leaves parameters free of all bodies but those of the
+largest moment. Of the designs whose value exceeds the least one by at most 5e-7 of it, the
+answer is the nearest one to the masses in the file, where the solver finds it: that of the
+least ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with eigenvalues of P0 of at least a fifth of their
+mean.
 
 The least change depends neither on ε nor on that bound. Newton's method starts at the design
 that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with F = P0.
@@ -61,7 +62,7 @@ Objective = Literal["mass", "inertia", "rotor", "change"]
 BOUNDARY_DISTANCE = 1e-2
 SIZED_DISTANCE = 1e-3
 # Part of the least value by which the nearest of the designs of this value may exceed it.
-VALUE_EXCESS = 1e-6
+VALUE_EXCESS = 5e-7
 # Least eigenvalue of a pseudo-inertia that measures this distance, over the mean one.
 LEAST_EXTENT = 0.2
 # Bound on the sum of all traces, over the least sum that this distance allows.

@@ -10,7 +10,7 @@ import pytest
 import balance
 from balance.app.cli import part_options
 from balance.app.cli.main import main
-from balance.masses.counterweights.counterweight import filled_counterweight
+from balance.masses.counterweights.counterweight import Counterweight, filled_counterweight
 from balance.masses.counterweights.parts.part_files import (
     part_files,
     part_notices,
@@ -39,6 +39,17 @@ def table_of(files):
         row["link"]: {k: v if k in words else float(v or "nan") for k, v in row.items()}
         for row in rows
     }
+
+
+def test_a_filled_region_is_cut_by_no_plane():
+    """Its form is constant but for round-off, whose plane would be 1e15 m away."""
+    form = np.diag([0.0, 0.0, 0.0, 1.0])
+    form[0, 3] = form[3, 0] = 1e-16
+    region, none = read_region("ball(0,0,0,0.01)"), np.zeros(3)
+    mass = STEEL * region.volume
+    full = Counterweight("l1", mass, none, np.eye(3), (), region, form, STEEL)
+    assert full.cut is None
+    assert full.what == "100 % of ball(0,0,0,0.01)"
 
 
 def check_meshes(files, weights, rays=1e-6):

@@ -15,6 +15,7 @@ from kinematics.closure.taylor.taylor_motion import taylor_motion
 from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import gallery, load
 from kinematics.model.linkage import Linkage
+from kinematics.numerics.compiled.background import compile_mode
 
 ORDER = 2
 
@@ -39,6 +40,7 @@ def warm_up_single_poses(linkages: Sequence[Linkage]) -> Iterator[None]:
                 continue  # the link cannot move that way
             break
         yield
+    yield from _compile_inner_kernels()
 
 
 def warm_up_many_poses(linkages: Sequence[Linkage]) -> Iterator[None]:
@@ -46,6 +48,15 @@ def warm_up_many_poses(linkages: Sequence[Linkage]) -> Iterator[None]:
     for linkage in linkages:
         taylor_motion_many(linkage, [[0.0] * len(linkage.joints)], ORDER)
         yield
+    yield from _compile_inner_kernels()
+
+
+def _compile_inner_kernels() -> Iterator[None]:
+    """Compile kernels that have run inside others, where kernels are compiled."""
+    if compile_mode() != "never":
+        from kinematics.numerics.compiled.numba_compiler import compile_inner_kernels
+
+        yield from compile_inner_kernels()
 
 
 def smallest_linkages() -> list[Linkage]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
 from filelock import FileLock
 from numba.core import event, ir
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.errors import NumbaTypeError
@@ -34,6 +35,7 @@ logger = logging.getLogger(__name__)
 # _cache: the disk cache of one function, whose reading and writing are guarded.
 # _name: the name of a compiler pass in messages of Numba.
 # _nrt: the option that turns the reference counting of arrays off.
+# Private methods that a class replaces are named by its docstring.
 PRIVATE = ("_cache", "_name", "_nrt")
 
 FIRST = "compiling kernels (the first time only; they are cached on disk)"
@@ -48,6 +50,10 @@ def compile_kernel(function: Callable[..., Any], inline: bool, reference_countin
     their meaning. Other threads run meanwhile. Where no folder can be written to, nothing is
     cached.
 
+    The code of a kernel contains that of all kernels that it calls, which LLVM optimises
+    together. For these, a kernel is translated apart, without machine code of its own: LLVM
+    would optimise it once more for each kernel above it.
+
     Args:
         function: a function of numbers and arrays.
         inline: whether its callers contain its code.
@@ -57,16 +63,18 @@ def compile_kernel(function: Callable[..., Any], inline: bool, reference_countin
     Returns:
         The dispatcher of Numba.
     """
-    options = {} if reference_counting else {"_nrt": False, "pipeline_class": _WithoutCounts}
-    compiled = numba.njit(
+    decorate = partial(
+        numba.njit,
         nogil=True,
         forceinline=inline,
         error_model="numpy",
         fastmath={"reassoc", "contract", "nsz"},
         no_cfunc_wrapper=True,  # entries for C, which nobody calls, take time to compile
-        **options,
-    )(function)
-    _unliteral_numbers(compiled)
+        _nrt=reference_counting,  # a kernel would else take it from the kernel that calls it
+    )
+    compiled = decorate(pipeline_class=_Compiler)(function)
+    inner = decorate(pipeline_class=_InnerCompiler, no_cpython_wrapper=True)
+    _let_kernels_call_inner(compiled, inner)
     _cache_on_disk(compiled)
     _events.kernels[function] = compiled
     return compiled
@@ -75,6 +83,20 @@ def compile_kernel(function: Callable[..., Any], inline: bool, reference_countin
 def compiled_kernels() -> list[str]:
     """List the names of the kernels that this process has compiled or loaded."""
     return [kernel_name(k.py_func) for k in _events.kernels.values() if k.signatures]
+
+
+def compile_inner_kernels() -> Iterator[None]:
+    """Make machine code of public kernels that have run inside others, for calls by Python.
+
+    Yields after each.
+    """
+    for compiled in list(_events.kernels.values()):
+        inner = _events.inner_kernels.get(compiled.py_func)
+        if inner is None or compiled.py_func.__name__.startswith("_"):
+            continue
+        for signature in set(inner.signatures).difference(compiled.signatures):
+            compiled.compile(signature)
+            yield
 
 
 @cache
@@ -86,15 +108,27 @@ def let_kernels_call(kind: type) -> None:
         return typeof_impl(value.compiled, context)
 
 
-def _unliteral_numbers(compiled: Any) -> None:
-    """Compile a kernel once for all numbers of one type.
+def _let_kernels_call_inner(compiled: Any, decorate: Callable[..., Any]) -> None:
+    """Let kernels call a kernel without machine code, once for all numbers of one type.
 
     Numba would specialise it for every literal number with which another kernel calls it.
+
+    Args:
+        compiled: the dispatcher of calls by Python.
+        decorate: makes that of calls by kernels.
     """
-    typed, plain = compiled.get_call_template, numba.types.unliteral
-    compiled.get_call_template = lambda args, kws: typed(
+    plain = numba.types.unliteral
+
+    def inner() -> Any:
+        function = compiled.py_func
+        if function not in _events.inner_kernels:
+            _events.inner_kernels[function] = decorate(function)
+        return _events.inner_kernels[function]
+
+    compiled.get_call_template = lambda args, kws: inner().get_call_template(
         [plain(arg) for arg in args], {name: plain(arg) for name, arg in kws.items()}
     )
+    compiled.get_overload = lambda signature: inner().get_overload(signature)
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
@@ -134,15 +168,72 @@ class _RefuseArrays(FunctionPass):
         return False
 
 
-class _WithoutCounts(CompilerBase):
+class _Compiler(CompilerBase):
     """Numba's compiler with a check of kernels without reference counting."""
 
     def define_pipelines(self) -> list[Any]:
         """Add the check to the passes of Numba, after type inference."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.add_pass_after(_RefuseArrays, NopythonTypeInference)
+        self.add_passes(passes)
         passes.finalize()
         return [passes]
+
+    def add_passes(self, passes: Any) -> None:
+        """Add what differs from Numba."""
+        if not self.state.flags.nrt:
+            passes.add_pass_after(_RefuseArrays, NopythonTypeInference)
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _WithoutMachineCode(FunctionPass):
+    """Compiler pass: give a kernel that others contain a library without machine code."""
+
+    _name = "library_without_machine_code"
+
+    def __init__(self) -> None:
+        """Make a pass without state."""
+
+    def run_pass(self, state: Any) -> bool:
+        """Make the library; change nothing else."""
+        state.library = _InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        return False
+
+
+class _InnerCompiler(_Compiler):
+    """The compiler of kernels for those that call them."""
+
+    def add_passes(self, passes: Any) -> None:
+        """Add the pass that makes the library."""
+        super().add_passes(passes)
+        passes.add_pass_after(_WithoutMachineCode, NopythonTypeInference)
+
+
+class _InnerLibrary(JITCodeLibrary):
+    """A kernel and all that it calls, for kernels that contain it: neither optimised nor run.
+
+    It replaces ``_optimize_final_module`` and ``_finalize_final_module`` of Numba, and reads
+    ``_finalized``.
+    """
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return the address of a function; 0 because there is no machine code."""
+        self._ensure_finalized()
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        """This library where Numba looks for what holds the variables of machine code."""
+        return self
+
+    def set_env(self, name: str, env: object) -> None:
+        """Ignore the Python objects of a function: machine code alone has a place for them."""
+
+    def _optimize_final_module(self) -> None:
+        """Leave it to the kernels above."""
+
+    def _finalize_final_module(self) -> None:
+        """Make no machine code."""
+        self._finalized = True
 
 
 def _cache_on_disk(compiled: Any) -> None:
@@ -223,6 +314,7 @@ class _CompilationEvents(event.Listener):
     def __init__(self) -> None:
         """Start without kernels and without messages."""
         self.kernels: dict[Callable[..., Any], Any] = {}
+        self.inner_kernels: dict[Callable[..., Any], Any] = {}
         self._compiled_functions: set[Callable[..., Any]] = set()
         self._logged: set[str] = set()
         self._depth = 0

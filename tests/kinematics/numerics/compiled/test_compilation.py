@@ -373,3 +373,27 @@ def test_a_kernel_for_other_values_than_integers_is_refused():
     assert of_degree(2)(3.0) == 9.0
     with pytest.raises(TypeError, match="close over integers"):
         of_degree(2.5)
+
+
+# Names of the kernels with machine code, before and after those inside others get theirs.
+INSIDE = """
+from kinematics.above import outer
+from kinematics.below import inner
+from kinematics.numerics.compiled import numba_compiler
+
+outer(1.0)
+names = lambda: ",".join(name.split(".")[-1] for name in numba_compiler.compiled_kernels())
+print(names())
+list(numba_compiler.compile_inner_kernels())
+print(names())
+print(outer(1.0), inner(1.0), list(numba_compiler.compile_inner_kernels()))
+"""
+
+
+@pytest.mark.compile
+def test_kernels_inside_others_get_machine_code_for_calls_by_python_alone(small):
+    """A warm-up compiles them for these calls, once."""
+    folder, environment = small
+    said, _ = run(folder, INSIDE, **environment)
+    assert said[0] == "outer()" and set(said[1].split(",")) == {"outer()", "inner()"}
+    assert said[-3:] == ["20.0", "2.0", "[]"]

@@ -17,6 +17,7 @@ from balance.masses.counterweights.link_regions import ALL, default_region, regi
 from balance.masses.counterweights.moved_matter import moved_links
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
+from balance.masses.counterweights.shaped.shape_changes import shape_changes
 from balance.masses.counterweights.shaped.weight_shape import wanted_shapes
 from balance.masses.counterweights.volume.decide_filled import balancing_mass, decide_filled
 from balance.masses.counterweights.volume.plates import (
@@ -156,7 +157,8 @@ def counterweights(
     moved = moved_links(asked, body_regions, move)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
-        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, relax, moved)
+        denser = relax and not choices
+        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, denser, moved)
         if choices and answer.weights:
             answer = decide_shaped(answer, stocks, choices)
     else:
@@ -165,7 +167,12 @@ def counterweights(
     answer = replace(answer, chosen=chosen, thickness=thickness)
     if motions is not None and answer.z is not None:
         return with_loads(answer, motions)
-    if answer.verdict != "infeasible" or not relax:
+    if answer.verdict == "feasible" or not relax:
+        return answer
+    if choices:
+        helps = shape_changes(answer, stocks, choices)
+        return _with_helps(answer, helps, "other regions, sizes or shapes may do")
+    if answer.verdict == "undecided":
         return answer
 
     def mass_of(more: Mapping[int, Region]) -> float | None:
@@ -176,12 +183,24 @@ def counterweights(
         return helped.added_mass if helped.verdict == "feasible" else None
 
     helps = (*answer.relaxations, *_find_relaxations(asked, body_regions, mass_of))
-    answer = replace(answer, relaxations=helps)
-    worth = answer.worth_naming
-    words = f"{answer.words}; {worth[0].words}" if worth else answer.words
+    answer = _with_helps(answer, helps)
     if isinstance(asked, RequiredSpace) and len(asked.regions) > 1 and not limits:
-        words = f"{words}; {_contradiction(asked, body_regions)}"
-    return replace(answer, words=words)
+        words = f"{answer.words}; {_contradiction(asked, body_regions)}"
+        return replace(answer, words=words)
+    return answer
+
+
+def _with_helps(
+    answer: Counterweights, helps: tuple[Relaxation, ...], instead: str = ""
+) -> Counterweights:
+    """Add changes that would help, and the first of them to the words.
+
+    Args:
+        instead: what the words say if there are none.
+    """
+    answer = replace(answer, relaxations=helps)
+    told = [change.words for change in answer.worth_naming[:1]] or [instead]
+    return replace(answer, words="; ".join(filter(None, [answer.words, *told])))
 
 
 def _name_clash(minimise: AddedObjective, thickness: float | None) -> str:

@@ -45,12 +45,13 @@ NONE_NEEDED = "none needed"
 
 
 def counterweights_facts(
-    counterweights: Counterweights, reduce: str = REDUCE
+    counterweights: Counterweights, reduce: str = REDUCE, following: str = ""
 ) -> list[tuple[str, str]]:
     """List the facts on counterweights as pairs of label and value.
 
     Args:
         reduce: the command for the least shaking, which an infeasible answer names.
+        following: the command with the first change of a request for a shape, if any.
     """
     space = counterweights.space
     algebra = "planar" if space.planar else "spatial"
@@ -93,7 +94,7 @@ def counterweights_facts(
     if counterweights.check:
         pairs.append(("certificate", str(counterweights.check)))
     pairs += [("would help", relaxation.words) for relaxation in counterweights.worth_naming]
-    return pairs
+    return pairs + [("try", following)] * bool(following)
 
 
 def _moment_text(counterweights: Counterweights) -> str:
@@ -271,9 +272,11 @@ def counterweight_rows(
     return rows
 
 
-def counterweights_body(counterweights: Counterweights, reduce: str = REDUCE) -> AnswerBody:
+def counterweights_body(
+    counterweights: Counterweights, reduce: str = REDUCE, following: str = ""
+) -> AnswerBody:
     """Build what is printed on counterweights; see `counterweights_facts`."""
-    facts = Facts(counterweights_facts(counterweights, reduce), least=1)
+    facts = Facts(counterweights_facts(counterweights, reduce, following), least=1)
     body: list[AnswerPart] = [counterweights.sentence, "", facts]
     if counterweights.z is not None:
         digits = _digits_of(counterweights)

@@ -250,6 +250,11 @@ def test_what_does_not_go_with_a_shape_is_told(name, arm):
         balance.counterweights(space, ["l1"], **more, relax=False)
 
 
+def test_a_linkage_without_a_plane_has_no_shapes():
+    with pytest.raises(UsageError, match="'delta' has none: leave out the shape, and give reg"):
+        balance.counterweights("delta", "all", shape="cylinder=40mm", balance="force")
+
+
 def test_units_of_shapes():
     assert read_weight_shapes("disc=20mm") == read_weight_shapes("disc=0.02")
     assert read_region("ball(0,0,0,20mm)").size == 0.02

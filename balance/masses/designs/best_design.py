@@ -212,9 +212,14 @@ class Design(WithPage, WithPicture):
         return write_file(path, replace_inertials(self.space.linkage, elements))
 
     def to_table(self) -> MassTable:
-        """Return mass, g, and centre of mass in the link frame, mm, of each body; or none."""
+        """Return mass, g, and centre of mass in the link frame, mm, of each body; or none.
+
+        Where a density is limited, it has the solid of each body too; see `solids`.
+        """
         rows = ((body.name, body.mass, body.link_com) for body in self.bodies)
-        return mass_table(rows, self.space.length, self.words)
+        limited = zip(self.space.bodies, self.solids, strict=False) if self.density else ()
+        solids = {name: f"{each.name} {each.size_text}" for name, each in limited if each}
+        return mass_table(rows, self.space.length, self.words, solids)
 
     def to_dict(self) -> dict[str, object]:
         """Return the design as plain data for JSON; see ``schemas/design.schema.json``."""

@@ -29,10 +29,13 @@ import numpy as np
 from balance.space.inertial_parameters.conversions import MassProperties
 from balance.support.materials import MATERIALS
 from balance.support.tolerances import SECOND_MOMENT_NEGATIVE_RELATIVE
+from balance.support.vector_digits import plain_number
 from kinematics.numerics.array_types import Array
 
 # Densities of steel and of air, kg/m³.
 STEEL, AIR = MATERIALS["steel"], 1.2
+# Digits of the sizes of solids.
+SIZE_DIGITS = 3
 
 
 class DensityLimit(NamedTuple):
@@ -79,6 +82,16 @@ class Solid(NamedTuple):
     def sizes(self) -> Array:
         """Full lengths along the axes (3,), m."""
         return 2.0 * np.linalg.norm(self.axes, axis=1)
+
+    @property
+    def name(self) -> str:
+        """Its shape in words."""
+        return "elliptic plate" if self.shape == "plate" else "ellipsoid"
+
+    @property
+    def size_text(self) -> str:
+        """Its full lengths in mm, as text."""
+        return " × ".join(plain_number(1e3 * size, SIZE_DIGITS) for size in self.sizes)
 
     @property
     def density(self) -> float:

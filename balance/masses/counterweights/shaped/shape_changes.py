@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.counterweights.alike_links import alike_links
+from balance.masses.counterweights.alike_links import alike_links, parts_of
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.regions import Region, cylinder_region
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
@@ -49,6 +49,8 @@ def shape_changes(
         The changes, the smallest growth first, each of which was solved as a request of its
         own.
     """
+    if answer.verdict == "infeasible" and not answer.depends_on_regions:
+        return ()
     changes = _growths(answer, stocks, choices)
     if changes or choices[0].radius is None:
         return changes
@@ -62,8 +64,7 @@ def _growths(
 ) -> tuple[Relaxation, ...]:
     """Find larger regions, and a larger size, for the same kind of shape."""
     space = answer.space
-    classes = [tuple(b for b in alike if b in stocks) for alike in alike_links(space.linkage)]
-    classes = [alike for alike in classes if alike]
+    classes = parts_of(alike_links(space.linkage), stocks)
     changes = [_larger_regions(answer, stocks, choices, alike) for alike in classes]
     if not any(changes) and len(classes) > 1:
         changes = [_larger_regions(answer, stocks, choices, tuple(stocks))]
@@ -95,7 +96,10 @@ def _larger_regions(
             larger = {**stocks, **cylinders(radius)}
         except UsageError:
             return None
-        mass = _balancing_mass(answer, larger, choices)
+        # All links with one size are tried first: all choices of several take long.
+        if not any(balancing_shape_mass(answer, larger, [shape]) for shape in choices):
+            continue
+        mass = balancing_shape_mass(answer, larger, choices)
         if mass is not None:
             regions = {space.bodies[b]: larger[b].region.text for b in bodies}
             return Relaxation(tuple(regions), radius / size, mass, regions)
@@ -108,16 +112,22 @@ def _larger_size(
     """Find the least size of a shape, in the given regions, that balances."""
     for size in _preferred_above(shape.size):
         larger = [shape._replace(size=size)]
-        mass = _balancing_mass(answer, stocks, larger)
+        mass = balancing_shape_mass(answer, stocks, larger)
         if mass is not None:
             return Relaxation((), size / shape.size, mass, shape=shape_text(larger))
     return None
 
 
-def _balancing_mass(
+def balancing_shape_mass(
     answer: Counterweights, stocks: Mapping[int, Stock], choices: Sequence[WeightShape]
 ) -> float | None:
-    """Compute the mass of shapes that balance, kg; None if none were found."""
+    """Compute the mass of shapes that balance, kg; None if none were found.
+
+    Args:
+        answer: a request of the same linkage.
+        stocks: regions and densities by position of the body.
+        choices: the shape in each of its sizes.
+    """
     try:
         shaped = decide_shaped(answer, stocks, choices)
     except UsageError:

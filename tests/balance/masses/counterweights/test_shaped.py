@@ -398,6 +398,19 @@ def test_the_region_that_is_proposed_is_the_least_of_the_textbook(shape, arm):
 
 
 @pytest.mark.slow
+def test_discs_that_no_region_helps_name_the_link_that_does():
+    """The crank alone cannot balance a four-bar: discs on crank and rocker do."""
+    space = balance.design_space("four_bar_general", balance="force")
+    none = balance.counterweights(space, ["crank"], shape="disc=0.02")
+    assert none.verdict == "infeasible" and not none.depends_on_regions
+    assert "in these regions" not in none.sentence
+    (change,) = none.relaxations
+    assert change.links == ("rocker",) and "adding matter to 'rocker' too" in none.words
+    both = balance.counterweights(space, ["crank", "rocker"], shape="disc=0.02")
+    assert both.added_mass == pytest.approx(change.mass, rel=1e-9)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "shape", ["sector=20mm", "sector=20mm,90mm", "disc=20mm", "cylinder=40mm"]
 )

@@ -90,7 +90,7 @@ def alike_links(linkage: Linkage) -> list[tuple[int, ...]]:
     return [tuple(bodies) for bodies in classes.values()]
 
 
-def parts_of(
+def classes_among(
     classes: Sequence[tuple[int, ...]], bodies: Collection[int]
 ) -> list[tuple[int, ...]]:
     """List what of each class is among some bodies, without the empty parts."""

@@ -10,7 +10,7 @@ from typing import get_args
 import numpy as np
 
 from balance.masses.counterweights.added_program import IDLE_MASS_PRICE, AddedObjective
-from balance.masses.counterweights.alike_links import alike_links, parts_of
+from balance.masses.counterweights.alike_links import alike_links, classes_among
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.decide_points import decide
 from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
@@ -244,7 +244,7 @@ def _smallest_growths(
     Returns:
         Growths, the smallest first; equal ones in the order of the bodies.
     """
-    classes = parts_of(alike_links(space.linkage), regions)
+    classes = classes_among(alike_links(space.linkage), regions)
     growths = [_smallest_growth(space, regions, alike, mass_of) for alike in classes]
     grown = [relaxation for relaxation in growths if relaxation]
     factors = [relaxation.factor or 0.0 for relaxation in grown]
@@ -268,7 +268,7 @@ def _find_further_links(
     """
     more: list[Relaxation] = []
     others = {*range(len(space.bodies))} - {*regions}
-    further = parts_of(alike_links(space.linkage), others)
+    further = classes_among(alike_links(space.linkage), others)
     for alike in further:
         more += _further_of_class(space, regions, alike, mass_of)
     if together and not more and len(further) > 1:

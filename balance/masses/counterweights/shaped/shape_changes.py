@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.masses.counterweights.alike_links import alike_links, parts_of
+from balance.masses.counterweights.alike_links import alike_links, classes_among
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.regions import Region, cylinder_region
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
@@ -64,7 +64,7 @@ def _growths(
 ) -> tuple[Relaxation, ...]:
     """Find larger regions, and a larger size, for the same kind of shape."""
     space = answer.space
-    classes = parts_of(alike_links(space.linkage), stocks)
+    classes = classes_among(alike_links(space.linkage), stocks)
     changes = [_larger_regions(answer, stocks, choices, alike) for alike in classes]
     if not any(changes) and len(classes) > 1:
         changes = [_larger_regions(answer, stocks, choices, tuple(stocks))]

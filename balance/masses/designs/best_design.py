@@ -13,7 +13,7 @@ import numpy as np
 
 from balance.masses.designs.certificate import CertificateCheck
 from balance.masses.designs.constraints import Constraints, build_program, constraints_of
-from balance.masses.designs.density import AIR, STEEL, Solid, solid_data, solid_of
+from balance.masses.designs.density import AIR, STEEL, Solid, solid_data, solid_of, solid_texts
 from balance.masses.designs.design_check import DesignCheck, check_design, leaves_plane
 from balance.masses.designs.feasibility import Verdict, assemble_design, decide_feasibility
 from balance.masses.designs.light_bodies import bounds_of_more_mass, more_mass_words
@@ -212,13 +212,9 @@ class Design(WithPage, WithPicture):
         return write_file(path, replace_inertials(self.space.linkage, elements))
 
     def to_table(self) -> MassTable:
-        """Return mass, g, and centre of mass in the link frame, mm, of each body; or none.
-
-        Where a density is limited, it has the solid of each body too; see `solids`.
-        """
+        """Return mass, g, centre in the link frame, mm, and solid if a density is limited."""
         rows = ((body.name, body.mass, body.link_com) for body in self.bodies)
-        limited = zip(self.space.bodies, self.solids, strict=False) if self.density else ()
-        solids = {name: f"{each.name} {each.size_text}" for name, each in limited if each}
+        solids = solid_texts(self.space.bodies, self.solids) if self.density else {}
         return mass_table(rows, self.space.length, self.words, solids)
 
     def to_dict(self) -> dict[str, object]:

@@ -21,6 +21,7 @@ whose left side is concave, and homogeneous if the unit of mass is a coordinate 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
 from typing import Literal, NamedTuple
 
@@ -167,6 +168,12 @@ def mass_where_least(per_mass: float, area: float, d: int) -> float:
     if area <= 0.0:
         return np.inf
     return float((-per_mass / (area * (1.0 + 2.0 / d))) ** (0.5 * d))
+
+
+def solid_texts(names: Sequence[str], solids: Sequence[Solid | None]) -> dict[str, str]:
+    """Return shape and size, mm, of the solids of bodies by name; none of those without."""
+    pairs = zip(names, solids, strict=False)
+    return {name: f"{solid.name} {solid.size_text}" for name, solid in pairs if solid}
 
 
 def solid_data(solid: Solid) -> dict[str, object]:

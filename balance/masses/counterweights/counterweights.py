@@ -21,14 +21,14 @@ from balance.masses.counterweights.shaped.shape_changes import (
     balancing_shape_mass,
     shape_changes,
 )
-from balance.masses.counterweights.shaped.weight_shape import wanted_shapes
+from balance.masses.counterweights.shaped.weight_shape import WeightShape, wanted_shapes
 from balance.masses.counterweights.volume.decide_filled import balancing_mass, decide_filled
 from balance.masses.counterweights.volume.plates import (
     density_limits,
     stocks_of,
     with_further_links,
 )
-from balance.masses.designs.density import STEEL
+from balance.masses.designs.density import STEEL, DensityLimit
 from balance.motion.verification.before_after import compare_masses
 from balance.motion.verification.given_motions import Motions, motions_or_turn
 from balance.space.requirements.contradiction import contradiction, contradiction_words
@@ -170,35 +170,58 @@ def counterweights(
     answer = replace(answer, chosen=chosen, thickness=thickness)
     if motions is not None and answer.z is not None:
         return with_loads(answer, motions)
-    if answer.verdict == "feasible" or not relax:
-        return answer
-    if answer.verdict == "undecided" and not choices:
+    undecided = answer.verdict == "undecided" and not choices
+    if answer.verdict == "feasible" or undecided or not relax:
         return answer
 
-    def mass_of(more: Mapping[int, Region]) -> float | None:
-        if limits:
-            held = stocks_of(asked, more, with_further_links(limits, more))
-            if choices:
-                return balancing_shape_mass(answer, held, choices)
-            return balancing_mass(asked, held, moved)
-        helped = decide(asked, more, moved=moved)
-        return helped.added_mass if helped.verdict == "feasible" else None
-
+    mass_of = _mass_finder(answer, limits, choices, moved)
     if choices:
         grown = shape_changes(answer, stocks, choices)
     else:
         grown = _smallest_growths(asked, body_regions, mass_of)
-    more = _find_further_links(asked, body_regions, mass_of, together=not grown)
-    answer = _with_helps(answer, (*answer.relaxations, *grown, *more))
+    answer = _with_helps(answer, body_regions, grown, mass_of)
     if isinstance(asked, RequiredSpace) and len(asked.regions) > 1 and not limits:
         words = f"{answer.words}; {_contradiction(asked, body_regions)}"
         return replace(answer, words=words)
     return answer
 
 
-def _with_helps(answer: Counterweights, helps: tuple[Relaxation, ...]) -> Counterweights:
-    """Add changes that would help, and the first of them to the words."""
-    answer = replace(answer, relaxations=helps)
+def _mass_finder(
+    answer: Counterweights,
+    limits: Mapping[int, DensityLimit],
+    choices: Sequence[WeightShape],
+    moved: Mapping[int, float],
+) -> MassOf:
+    """Make the function that computes the mass of matter in other regions that balances."""
+    space = answer.space
+
+    def mass_of(regions: Mapping[int, Region]) -> float | None:
+        if not limits:
+            helped = decide(space, regions, moved=moved)
+            return helped.added_mass if helped.verdict == "feasible" else None
+        held = stocks_of(space, regions, with_further_links(limits, regions))
+        if choices:
+            return balancing_shape_mass(answer, held, choices)
+        return balancing_mass(space, held, moved)
+
+    return mass_of
+
+
+def _with_helps(
+    answer: Counterweights,
+    regions: Mapping[int, Region],
+    grown: tuple[Relaxation, ...],
+    mass_of: MassOf,
+) -> Counterweights:
+    """Add changes that would help, and the first of them to the words.
+
+    Args:
+        regions: region by position of the body; no matter in them balances the linkage.
+        grown: growths of regions that would help.
+        mass_of: computes the mass of matter in some regions that balances the linkage.
+    """
+    more = _find_further_links(answer.space, regions, mass_of, together=not grown)
+    answer = replace(answer, relaxations=(*answer.relaxations, *grown, *more))
     told = [change.words for change in answer.worth_naming[:1]]
     if not told and answer.verdict == "undecided":
         told = ["other regions, sizes or shapes may do"]

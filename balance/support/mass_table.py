@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from itertools import zip_longest
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +18,7 @@ PER_SI, INERTIA_PER_SI = 1e3, 1e6
 DIGITS = ".4g"
 # Of the largest moment of a link: a solver leaves small ones at its accuracy.
 MOMENT_DIGITS = 4
+SOLID = "solid of its inertia (mm)"
 HEAD = ("link", "mass (g)", "x (mm)", "y (mm)", "z (mm)")
 MOMENTS = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 # Rows and columns of these moments.
@@ -63,9 +66,12 @@ class MassTable(tuple[MassRow, ...]):
 
     Attributes:
         verdict: of the answer that has them; it is printed where there are none.
+        solids: shape and size, mm, of the solid that has the inertia of a link, by name; empty
+            if no density is limited.
     """
 
     verdict: str = ""
+    solids: Mapping[str, str] = MappingProxyType({})
 
     def __repr__(self) -> str:
         """Lines of columns, their head first; or that there are none, and the verdict.
@@ -81,27 +87,30 @@ class MassTable(tuple[MassRow, ...]):
         for row, texts in zip(self, moments, strict=True):
             rows.append((*_texts(row), *(texts[k] for k in shown)))
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        ends = [SOLID, *(self.solids.get(row.link, "") for row in self)] if self.solids else []
         return "\n".join(
             "  ".join(
-                [row[0].ljust(widths[0]), *(map(str.rjust, row[1:], widths[1:]))]
+                [row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:]), end]
             ).rstrip()
-            for row in rows
+            for row, end in zip_longest(rows, ends, fillvalue="")
         )
 
     def _repr_html_(self) -> str:
         """The same table for notebooks."""
         if not self:
             return html_facts(TITLE, ("no masses", self.verdict))
-        rows = map(_texts, self)
-        return html_facts(
-            TITLE, *((row[0], f"{row[1]} g at ({', '.join(row[2:])}) mm") for row in rows)
-        )
+        facts = []
+        for link, mass, *place in map(_texts, self):
+            solid = f", {self.solids[link]} mm" if link in self.solids else ""
+            facts.append((link, f"{mass} g at ({', '.join(place)}) mm{solid}"))
+        return html_facts(TITLE, *facts)
 
 
 def mass_table(
     masses: Iterable[tuple[str, float, Array | None, Array | None]],
     length: float,
     verdict: str = "",
+    solids: Mapping[str, str] | None = None,
 ) -> MassTable:
     """Make a table of masses.
 
@@ -111,6 +120,7 @@ def mass_table(
             out.
         length: a length of the linkage, m: coordinates smaller by ten decades are zero.
         verdict: of the answer that has the masses, in one line.
+        solids: shape and size of solids, by link; see `MassTable`.
     """
     table = MassTable(
         MassRow(
@@ -122,7 +132,7 @@ def mass_table(
         for link, mass, com, inertia in masses
         if com is not None and inertia is not None
     )
-    table.verdict = verdict
+    table.verdict, table.solids = verdict, solids or {}
     return table
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from balance.masses.counterweights.link_regions import ALL
@@ -28,9 +28,18 @@ UNKNOWN = {
     "--rotor-radius": 1,
     "--trade-off": 1,
     "--budget": 1,
+    "--workers": 1,
 }
-# Outputs of a command that writes a folder, which would be written over.
-IN_FOLDER = {"--out": 1, "--html": 1, "--plot": 1, "--workers": 1}
+# Files of the answer: a command that is proposed writes none.
+OUTPUTS = {
+    "--out": 1,
+    "--html": 1,
+    "--plot": 1,
+    "--parts": 1,
+    "--solids": 0,
+    "--merge": 0,
+    "--overwrite": 0,
+}
 # Options that it does not have together with requirements.
 OF_MOTIONS = {
     "--csv": 1,
@@ -39,8 +48,6 @@ OF_MOTIONS = {
     "--density": 1,
     "--points": 0,
     "--shape": 1,
-    "--parts": 1,
-    "--html": 1,
 }
 
 # Factor on what was found to be enough, before it is rounded to three digits.
@@ -53,8 +60,6 @@ def reduce_command(
     arguments: argparse.Namespace,
     given_mass: float,
     links: Sequence[str] = (),
-    *,
-    folder: bool = False,
 ) -> str:
     """Write the command for the least shaking of the same model, with what was asked of it.
 
@@ -62,9 +67,8 @@ def reduce_command(
         arguments: the options of the command, with its ``words``.
         given_mass: mass of the moving links, kg: the budget, 1 kg if they have none.
         links: links that get matter, if the words name none.
-        folder: whether the command writes a folder: then no files of it are named.
     """
-    dropped = UNKNOWN | (IN_FOLDER if folder else {})
+    dropped = UNKNOWN | OUTPUTS
     if getattr(arguments, "require", None):
         dropped |= OF_MOTIONS
     kept = without_options(arguments.words, dropped)
@@ -83,17 +87,13 @@ def relaxed_command(arguments: argparse.Namespace, matter: Counterweights) -> st
         matter: the answer to them.
 
     Returns:
-        The command, after "perhaps:" if it was checked for matter of any shape alone; empty if
-        no change helps, or options cannot write it.
+        The command; empty if no change helps, or options cannot write it.
     """
     changes = matter.worth_naming
     order = rank_least_first([change.mass for change in changes], relative=ABOUT_EQUAL)
     changed = (_relaxed_words(arguments, matter, changes[k]) for k in order)
     words = next((words for words in changed if words), None)
-    if words is None:
-        return ""
-    command = shlex.join(["balance", "counterweights", *words])
-    return command if matter.shape is None else f"perhaps: {command}"
+    return shlex.join(["balance", "counterweights", *words]) if words else ""
 
 
 def _relaxed_words(
@@ -101,10 +101,17 @@ def _relaxed_words(
 ) -> list[str]:
     """Change the words of a request; empty if no options write the change.
 
-    Regions that were given are the room that there is: only balls by default grow.
+    Regions that were given are the room that there is: only balls by default grow, but for a
+    shape, which needs another region.
     """
-    words = arguments.words
+    words = without_options(arguments.words, OUTPUTS)
     by_link = any(name for name, _ in arguments.density)
+    if change.for_shape:
+        kept = without_options(
+            words, {"--region": 1} | ({"--shape": 1} if change.shape else {})
+        )
+        shape = ["--shape", change.shape] if change.shape else []
+        return [*kept, *shape, *_region_words({**dict(arguments.region), **change.regions})]
     if change.factor is None:
         links = change.links if ALL in change.links else (*arguments.links, *change.links)
         more = [*without_options(words, {"--links": 1}), "--links", ",".join(links)]
@@ -119,6 +126,10 @@ def _relaxed_words(
     return [*without_options(words, {"--density": 1}), "--density", density]
 
 
+def _region_words(regions: Mapping[str, str]) -> list[str]:
+    return [word for pair in regions.items() for word in ("--region", "=".join(pair))]
+
+
 def _grown_balls(matter: Counterweights, links: Sequence[str], factor: float) -> list[str]:
     """Write the default regions of links larger, as options; empty if some were given."""
     import numpy as np
@@ -127,13 +138,13 @@ def _grown_balls(matter: Counterweights, links: Sequence[str], factor: float) ->
 
     if not {*links} <= {*matter.chosen}:
         return []
-    options = []
+    regions = {}
     for link in links:
         place = matter.regions[link].place
         half = float(np.linalg.norm(place[:3, 0]))
         radius = float(number_text(ENOUGH * factor * half, ".3g"))
-        options += ["--region", f"{link}={ball_region(place[:3, 3], radius).text}"]
-    return options
+        regions[link] = ball_region(place[:3, 3], radius).text
+    return _region_words(regions)
 
 
 def without_options(words: Iterable[str], dropped: dict[str, int]) -> list[str]:

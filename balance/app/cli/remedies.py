@@ -121,7 +121,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     comparison = replace(comparison, following=_following(arguments, comparison))
     bodies = request.linkage.body_names
     links = [] if arguments.links else list(bodies) if ALL in bodies else [ALL]
-    reduce = reduce_command(arguments, request.given_mass, links, folder=True)
+    reduce = reduce_command(arguments, request.given_mass, links)
     helps = any(applied.helps for applied in comparison.results)
     undrawn = [] if helps else ["out", "plot"]
     unwritten = ", ".join(filter(None, (getattr(arguments, name) for name in undrawn)))

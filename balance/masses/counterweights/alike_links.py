@@ -12,7 +12,7 @@ not count.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple, TypeVar
 
@@ -88,6 +88,14 @@ def alike_links(linkage: Linkage) -> list[tuple[int, ...]]:
     for b, body in enumerate(linkage.bodies):
         classes[links[rigid[body.link]]].append(b)
     return [tuple(bodies) for bodies in classes.values()]
+
+
+def classes_among(
+    classes: Sequence[tuple[int, ...]], bodies: Collection[int]
+) -> list[tuple[int, ...]]:
+    """List what of each class is among some bodies, without the empty parts."""
+    parts = (tuple(b for b in alike if b in bodies) for alike in classes)
+    return [part for part in parts if part]
 
 
 def _rigid_links(linkage: Linkage) -> dict[int, int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import get_args
@@ -10,21 +10,25 @@ from typing import get_args
 import numpy as np
 
 from balance.masses.counterweights.added_program import IDLE_MASS_PRICE, AddedObjective
-from balance.masses.counterweights.alike_links import alike_links
+from balance.masses.counterweights.alike_links import alike_links, classes_among
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.decide_points import decide
 from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
 from balance.masses.counterweights.moved_matter import moved_links
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
-from balance.masses.counterweights.shaped.weight_shape import wanted_shapes
+from balance.masses.counterweights.shaped.shape_changes import (
+    balancing_shape_mass,
+    shape_changes,
+)
+from balance.masses.counterweights.shaped.weight_shape import WeightShape, wanted_shapes
 from balance.masses.counterweights.volume.decide_filled import balancing_mass, decide_filled
 from balance.masses.counterweights.volume.plates import (
     density_limits,
     stocks_of,
     with_further_links,
 )
-from balance.masses.designs.density import STEEL
+from balance.masses.designs.density import STEEL, DensityLimit
 from balance.motion.verification.before_after import compare_masses
 from balance.motion.verification.given_motions import Motions, motions_or_turn
 from balance.space.requirements.contradiction import contradiction, contradiction_words
@@ -156,7 +160,8 @@ def counterweights(
     moved = moved_links(asked, body_regions, move)
     if limits:
         stocks = stocks_of(asked, body_regions, limits)
-        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, relax, moved)
+        denser = relax and not choices
+        answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, denser, moved)
         if choices and answer.weights:
             answer = decide_shaped(answer, stocks, choices)
     else:
@@ -165,23 +170,62 @@ def counterweights(
     answer = replace(answer, chosen=chosen, thickness=thickness)
     if motions is not None and answer.z is not None:
         return with_loads(answer, motions)
-    if answer.verdict != "infeasible" or not relax:
+    undecided = answer.verdict == "undecided" and not choices
+    if answer.verdict == "feasible" or undecided or not relax:
         return answer
 
-    def mass_of(more: Mapping[int, Region]) -> float | None:
-        if limits:
-            more_limits = with_further_links(limits, more)
-            return balancing_mass(asked, stocks_of(asked, more, more_limits), moved)
-        helped = decide(asked, more, moved=moved)
-        return helped.added_mass if helped.verdict == "feasible" else None
-
-    helps = (*answer.relaxations, *_find_relaxations(asked, body_regions, mass_of))
-    answer = replace(answer, relaxations=helps)
-    worth = answer.worth_naming
-    words = f"{answer.words}; {worth[0].words}" if worth else answer.words
+    mass_of = _mass_finder(answer, limits, choices, moved)
+    if choices:
+        grown = shape_changes(answer, stocks, choices)
+    else:
+        grown = _smallest_growths(asked, body_regions, mass_of)
+    answer = _with_helps(answer, body_regions, grown, mass_of)
     if isinstance(asked, RequiredSpace) and len(asked.regions) > 1 and not limits:
-        words = f"{words}; {_contradiction(asked, body_regions)}"
-    return replace(answer, words=words)
+        words = f"{answer.words}; {_contradiction(asked, body_regions)}"
+        return replace(answer, words=words)
+    return answer
+
+
+def _mass_finder(
+    answer: Counterweights,
+    limits: Mapping[int, DensityLimit],
+    choices: Sequence[WeightShape],
+    moved: Mapping[int, float],
+) -> MassOf:
+    """Make the function that computes the mass of matter in other regions that balances."""
+    space = answer.space
+
+    def mass_of(regions: Mapping[int, Region]) -> float | None:
+        if not limits:
+            helped = decide(space, regions, moved=moved)
+            return helped.added_mass if helped.verdict == "feasible" else None
+        held = stocks_of(space, regions, with_further_links(limits, regions))
+        if choices:
+            return balancing_shape_mass(answer, held, choices)
+        return balancing_mass(space, held, moved)
+
+    return mass_of
+
+
+def _with_helps(
+    answer: Counterweights,
+    regions: Mapping[int, Region],
+    grown: tuple[Relaxation, ...],
+    mass_of: MassOf,
+) -> Counterweights:
+    """Add changes that would help, and the first of them to the words.
+
+    Args:
+        regions: region by position of the body; no matter in them balances the linkage.
+        grown: growths of regions that would help.
+        mass_of: computes the mass of matter in some regions that balances the linkage.
+    """
+    more = _find_further_links(answer.space, regions, mass_of, together=not grown)
+    answer = replace(answer, relaxations=(*answer.relaxations, *grown, *more))
+    told = [change.words for change in answer.worth_naming[:1]]
+    if not told and answer.verdict == "undecided":
+        told = ["other regions, sizes or shapes may do"]
+    return replace(answer, words="; ".join([answer.words, *told]))
 
 
 def _name_clash(minimise: AddedObjective, thickness: float | None) -> str:
@@ -206,51 +250,54 @@ def _contradiction(space: RequiredSpace, regions: Mapping[int, Region]) -> str:
     return contradiction_words(contradiction(space.texts, excluded), "counterweight")
 
 
-def _find_relaxations(
+def _smallest_growths(
     space: DesignSpace, regions: Mapping[int, Region], mass_of: MassOf
 ) -> tuple[Relaxation, ...]:
-    """Find the smallest growth of regions, and the further links, that alone help.
+    """Find the smallest growths of regions that alone help.
 
     Links that are alike are taken together: where the linkage is symmetric, so is the least
-    matter. Of further ones the first alone is tried too. A region that grows about its centre
-    contains the smaller one, so that feasibility is monotone in the factor, and bisection finds
-    the smallest one. The factor that is returned was found feasible, and one smaller by a
-    thousandth was not.
+    matter. A region that grows about its centre contains the smaller one, so that feasibility
+    is monotone in the factor, and bisection finds the smallest one. The factor that is returned
+    was found feasible, and one smaller by a thousandth was not.
 
     Args:
         regions: region by position of the body; no matter in them balances the linkage.
         mass_of: computes the mass of matter in some regions that balances the linkage.
 
     Returns:
-        Growths of regions, the smallest first, then further links, the lightest first;
-        equal ones in the order of the bodies. If there are none, as many further links as are
-        needed together.
+        Growths, the smallest first; equal ones in the order of the bodies.
     """
-    classes = alike_links(space.linkage)
-    grown: list[Relaxation] = []
+    classes = classes_among(alike_links(space.linkage), regions)
+    growths = [_smallest_growth(space, regions, alike, mass_of) for alike in classes]
+    grown = [relaxation for relaxation in growths if relaxation]
+    factors = [relaxation.factor or 0.0 for relaxation in grown]
+    return tuple(grown[k] for k in rank_least_first(factors, relative=2.0 * GROWTH_RELATIVE))
+
+
+def _find_further_links(
+    space: DesignSpace, regions: Mapping[int, Region], mass_of: MassOf, together: bool
+) -> tuple[Relaxation, ...]:
+    """Find the further links, in their default regions, that alone help.
+
+    Links that are alike are taken together; the first of them alone is tried too.
+
+    Args:
+        regions: region by position of the body; no matter in them balances the linkage.
+        mass_of: computes the mass of matter in some regions that balances the linkage.
+        together: whether to look for as many as are needed together if none alone help.
+
+    Returns:
+        Further links, the lightest first; equal ones in the order of the bodies.
+    """
     more: list[Relaxation] = []
-    for alike in _parts_of(classes, regions):
-        relaxation = _smallest_growth(space, regions, alike, mass_of)
-        grown += [relaxation] if relaxation else []
-    further = _parts_of(classes, {*range(len(space.bodies))} - {*regions})
+    others = {*range(len(space.bodies))} - {*regions}
+    further = classes_among(alike_links(space.linkage), others)
     for alike in further:
         more += _further_of_class(space, regions, alike, mass_of)
-    if not grown and not more and len(further) > 1:
+    if together and not more and len(further) > 1:
         return _fewest_further_links(space, regions, further, mass_of)
-    factors = [relaxation.factor or 0.0 for relaxation in grown]
     masses = [relaxation.mass for relaxation in more]
-    return (
-        *(grown[k] for k in rank_least_first(factors, relative=2.0 * GROWTH_RELATIVE)),
-        *(more[k] for k in rank_least_first(masses, relative=2.0 * MASS_GAP)),
-    )
-
-
-def _parts_of(
-    classes: Sequence[tuple[int, ...]], bodies: Collection[int]
-) -> list[tuple[int, ...]]:
-    """List what of each class is among some bodies, without the empty parts."""
-    parts = (tuple(b for b in alike if b in bodies) for alike in classes)
-    return [part for part in parts if part]
+    return tuple(more[k] for k in rank_least_first(masses, relative=2.0 * MASS_GAP))
 
 
 def _further_of_class(

@@ -16,7 +16,11 @@ from balance.masses.counterweights.counterweight import (
     net_mass,
     sliver_sentence,
 )
-from balance.masses.counterweights.exclusion import Exclusion, quoted_names
+from balance.masses.counterweights.exclusion import (
+    Exclusion,
+    links_in_certificate,
+    quoted_names,
+)
 from balance.masses.counterweights.link_regions import ALL
 from balance.masses.counterweights.moved_matter import PRICE_OF_MOVING
 from balance.masses.counterweights.regions import Region
@@ -50,19 +54,33 @@ class Relaxation:
         links: the links, those that are alike together; ``("all",)`` if no fewer help, and
             empty if all matter must be denser.
         factor: factor by which their regions must grow about their centres, or the density;
-            None if matter must be added to these links too, in their default regions.
+            None if matter must be added to these links too, in their default regions. Of a
+            request for a shape, growth of the largest region, or of the shape.
         mass: mass that is then added, kg.
+        regions: regions of these links that hold a shape, as text; empty for other changes.
+        shape: text of another shape; None for other changes.
     """
 
     links: tuple[str, ...]
     factor: float | None
     mass: float
+    regions: Mapping[str, str] = field(default_factory=dict)
+    shape: str | None = None
+
+    @property
+    def for_shape(self) -> bool:
+        """Whether it is a change of a request for a shape."""
+        return bool(self.regions or self.shape)
 
     @property
     def words(self) -> str:
         """The change in words."""
         mass = f"would do ({number_text(self.mass)} kg in all)"
         which = quoted_names(self.links)
+        if self.for_shape:
+            larger = [f"{text} on '{name}'" for name, text in self.regions.items()]
+            place = f"the region{'s' * (len(larger) > 1)} {' and '.join(larger)}"
+            return f"{' in '.join(filter(None, [self.shape, place * bool(larger)]))} {mass}"
         if self.factor is None:
             which = "all links" if self.links == (ALL,) else f"{which} too"
             return f"adding matter to {which} {mass}"
@@ -223,12 +241,25 @@ class Counterweights(WithPage, WithPicture):
         return made or light
 
     @property
+    def depends_on_regions(self) -> bool:
+        """Whether what proves that nothing balances holds in these regions alone.
+
+        Else no matter on these links balances the linkage, wherever it is.
+        """
+        proof = self.certificate
+        return proof is not None and bool(links_in_certificate(self.space, self.regions, proof))
+
+    @property
     def sentence(self) -> str:
         """The answer in one sentence: what is left to shake, and the added mass."""
         links = ", ".join(self.regions)
         if self.verdict == "infeasible":
-            return f"No matter added to {links} balances the linkage."
+            where = " in these regions" if self.depends_on_regions else ""
+            return f"No matter added to {links}{where} balances the linkage."
         if self.verdict == "undecided":
+            if self.shape:
+                kind = self.shape.partition("=")[0]
+                return f"It is undecided whether {kind}s on {links} balance the linkage."
             return f"It is undecided whether matter added to {links} balances the linkage."
         moved = moved_text(self.moved)
         added = f"{moved}, {mass_added_text(self.added_mass)}".removeprefix(", ")

@@ -8,7 +8,7 @@ under w, so that it is not balanced.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -143,7 +143,8 @@ def describe_exclusion(
     force = space.balance == "force"
     file = to_chain(given_parameters(space), space.chain.frame, space.planar, force)
     sizes = np.linalg.norm(parts, axis=1)
-    named = [b for b in regions if sizes[b] > CERTIFICATE_ENTRY_RELATIVE * sizes.max()]
+    bodies = [space.bodies[b] for b in regions]
+    named = links_in_certificate(space, bodies, certificate)
     leaves = -np.einsum("bi,bi->b", parts, file)
     causes = [space.bodies[b] for b in np.flatnonzero(leaves > 0.1 * leaves.max())]
     second = parts[:, (3 if space.planar else 4) :]
@@ -151,11 +152,24 @@ def describe_exclusion(
     what = "moment of inertia" if rotary else "mass moment"
     claim = f"can cancel the {what} that {quoted_names(causes)} {_leave(causes)}"
     if not named:
-        added = quoted_names([space.bodies[b] for b in regions])
+        added = quoted_names(bodies)
         return f"infeasible: no matter on {added}, wherever it is, {claim}"
-    where = quoted_names([space.bodies[b] for b in named])
     plural = "region" if len(named) == 1 else "regions"
-    return f"infeasible: no matter in the {plural} of {where} {claim}"
+    return f"infeasible: no matter in the {plural} of {quoted_names(named)} {claim}"
+
+
+def links_in_certificate(
+    space: DesignSpace, links: Iterable[str], certificate: Array
+) -> list[str]:
+    """List those of some links whose matter a certificate weighs; that of others it ignores.
+
+    Args:
+        links: names of links.
+        certificate: w (parameters,).
+    """
+    sizes = np.linalg.norm(certificate.reshape(len(space.bodies), -1), axis=1)
+    least = CERTIFICATE_ENTRY_RELATIVE * float(sizes.max())
+    return [name for name in links if sizes[space.bodies.index(name)] > least]
 
 
 def quoted_names(names: Sequence[str]) -> str:

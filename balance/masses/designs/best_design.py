@@ -13,7 +13,7 @@ import numpy as np
 
 from balance.masses.designs.certificate import CertificateCheck
 from balance.masses.designs.constraints import Constraints, build_program, constraints_of
-from balance.masses.designs.density import AIR, STEEL, Solid, solid_data, solid_of
+from balance.masses.designs.density import AIR, STEEL, Solid, solid_data, solid_of, solid_texts
 from balance.masses.designs.design_check import DesignCheck, check_design, leaves_plane
 from balance.masses.designs.feasibility import Verdict, assemble_design, decide_feasibility
 from balance.masses.designs.light_bodies import bounds_of_more_mass, more_mass_words
@@ -216,12 +216,14 @@ class Design(WithPage, WithPicture):
 
         Returns:
             Rows ``link, mass, x, y, z, ixx, iyy, izz, ixy, ixz, iyz`` in the link frames, which
-            are printed as a table; none if there is no design.
+            are printed as a table, with the solids of a limited density; none if there is no
+            design.
         """
         rows = (
             (body.name, body.mass, body.link_com, body.link_inertia) for body in self.bodies
         )
-        return mass_table(rows, self.space.length, self.words)
+        solids = solid_texts(self.space.bodies, self.solids) if self.density else {}
+        return mass_table(rows, self.space.length, self.words, solids)
 
     def to_dict(self) -> dict[str, object]:
         """Return the design as plain data for JSON; see ``schemas/design.schema.json``."""

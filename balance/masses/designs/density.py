@@ -21,6 +21,7 @@ whose left side is concave, and homogeneous if the unit of mass is a coordinate 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
 from typing import Literal, NamedTuple
 
@@ -29,10 +30,13 @@ import numpy as np
 from balance.space.inertial_parameters.conversions import MassProperties
 from balance.support.materials import MATERIALS
 from balance.support.tolerances import SECOND_MOMENT_NEGATIVE_RELATIVE
+from balance.support.vector_digits import plain_number
 from kinematics.numerics.array_types import Array
 
 # Densities of steel and of air, kg/m³.
 STEEL, AIR = MATERIALS["steel"], 1.2
+# Digits of the sizes of solids.
+SIZE_DIGITS = 3
 
 
 class DensityLimit(NamedTuple):
@@ -79,6 +83,16 @@ class Solid(NamedTuple):
     def sizes(self) -> Array:
         """Full lengths along the axes (3,), m."""
         return 2.0 * np.linalg.norm(self.axes, axis=1)
+
+    @property
+    def name(self) -> str:
+        """Its shape in words."""
+        return "elliptic plate" if self.shape == "plate" else "ellipsoid"
+
+    @property
+    def size_text(self) -> str:
+        """Its full lengths in mm, as text."""
+        return " × ".join(plain_number(1e3 * size, SIZE_DIGITS) for size in self.sizes)
 
     @property
     def density(self) -> float:
@@ -154,6 +168,12 @@ def mass_where_least(per_mass: float, area: float, d: int) -> float:
     if area <= 0.0:
         return np.inf
     return float((-per_mass / (area * (1.0 + 2.0 / d))) ** (0.5 * d))
+
+
+def solid_texts(names: Sequence[str], solids: Sequence[Solid | None]) -> dict[str, str]:
+    """Return shape and size, mm, of the solids of bodies by name; none of those without."""
+    pairs = zip(names, solids, strict=False)
+    return {name: f"{solid.name} {solid.size_text}" for name, solid in pairs if solid}
 
 
 def solid_data(solid: Solid) -> dict[str, object]:

@@ -49,8 +49,6 @@ PHASES = (0.0, 0.4)
 NEAR_SAMPLE = 0.01
 # Steps of a revolution that is only tried, and most inputs for which turns are tried.
 TRIAL_STEPS, MOST_TRIED = 180, 6
-# Stands in messages for a limit that was not asked for.
-NO_LIMIT = "#"
 # Speeds outside this range, radians per second, make forces that underflow or overflow.
 SLOWEST = 1e-6
 FASTEST = 1e6
@@ -127,11 +125,14 @@ def revolve_crank(
                     break  # the motion ends between samples, wherever these are
             elif outcome.conditioning > CONDITIONING_SINGULAR:
                 return outcome, Crank(joint, speed, _is_periodic(linkage, outcome))
+    problem = f"{linkage.source}: the crank {joint} cannot turn fully"
     if not explain:
-        raise PoseError(f"{linkage.source}: {_limits_text(joint, NO_LIMIT, NO_LIMIT)}")
-    low, high = map(degrees, crank_limits(linkage, joint, rates))
-    limits = _limits_text(joint, number_text(low, ".2f"), number_text(high, ".2f"))
-    raise PoseError(f"{linkage.source}: {limits}; {_turning_motion_text(linkage, speed)}")
+        raise PoseError(problem)
+    low, high = (number_text(degrees(x), ".2f") for x in crank_limits(linkage, joint, rates))
+    raise PoseError(
+        f"{problem}: only from {low}° to {high}° about the reference pose; "
+        f"{_turning_motion_text(linkage, speed)}"
+    )
 
 
 def one_turn(
@@ -262,14 +263,6 @@ def crank_limits(linkage: Linkage, joint: str, rates: Array) -> tuple[float, flo
         for sign in (-1.0, 1.0)
     )
     return low * float(chain.units[crank]), high * float(chain.units[crank])
-
-
-def _limits_text(joint: str, low: str, high: str) -> str:
-    """Describe how far the crank can turn either way from the reference pose, in degrees."""
-    return (
-        f"the crank {joint} cannot turn fully: only from {low}° to {high}° about the reference "
-        "pose"
-    )
 
 
 def _turning_motion_text(linkage: Linkage, speed: float) -> str:

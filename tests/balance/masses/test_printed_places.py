@@ -75,6 +75,29 @@ def test_the_table_of_a_design_is_that_of_the_file():
         np.testing.assert_allclose(row.moments, 1e6 * tensor, atol=1e-3)
 
 
+def test_the_table_of_a_design_of_plates_has_their_sizes():
+    """Of full sizes a, b, t: at most ``ρ π a b t / 4`` heavy, ``m (a² + b²) / 16`` about t."""
+    best = balance.design(
+        "four_bar_antiparallelogram",
+        "mass",
+        bounds={"coupler": (0.5, 5)},
+        density="steel",
+        thickness="20mm",
+    )
+    table = best.to_table()
+    lines = repr(table).splitlines()
+    assert lines[0].endswith("z (mm)  solid of its inertia (mm)")
+    for row, line in zip(table, lines[1:], strict=True):
+        shape, sizes = line[-len(table.solids[row.link]) :].split(" plate ")
+        width, height, thickness = map(float, sizes.split(" × "))
+        assert shape == "elliptic" and thickness == 20.0
+        assert row.mass < 1.01 * 7.85e-3 * np.pi / 4.0 * width * height * thickness
+        body = next(body for body in best.bodies if body.name == row.link)
+        about = 1e9 * float(body.link_inertia[2, 2])
+        assert about == pytest.approx(row.mass * (width**2 + height**2) / 16.0, rel=0.01)
+        assert table.solids[row.link] in table._repr_html_()
+
+
 def test_a_table_is_printed_in_columns():
     inertia = np.diag([0.002, 0.003, 0.005]) + 1e-9  # products are the solver's, and no column
     rows = [

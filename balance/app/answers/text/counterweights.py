@@ -100,8 +100,7 @@ def counterweights_facts(
         pairs.append(("residual", size_text(counterweights.residual or 0.0)))
     if counterweights.check:
         pairs.append(("certificate", str(counterweights.check)))
-    pairs += [("would help", relaxation.words) for relaxation in counterweights.worth_naming]
-    return pairs
+    return pairs + [("would help", change.words) for change in counterweights.worth_naming]
 
 
 def _moment_text(counterweights: Counterweights) -> str:

@@ -16,7 +16,7 @@ from balance.masses.designs.best_design import Design
 from balance.masses.designs.density import AIR, STEEL
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
-from balance.support.vector_digits import vector_digits
+from balance.support.vector_digits import plain_number, vector_digits
 from kinematics.wording import number_text, size_text
 
 UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
@@ -181,10 +181,10 @@ def _density_text(design: Design) -> str:
         return text
     name, density = design.densest
     if design.density:
-        return f"{text}; densest body: {name}, {_plain_number(density, COM_DIGITS)} kg/m³"
-    text = f"no limit; densest body: {name}, {_plain_number(density, MOMENT_DIGITS)} kg/m³"
+        return f"{text}; densest body: {name}, {plain_number(density, COM_DIGITS)} kg/m³"
+    text = f"no limit; densest body: {name}, {plain_number(density, MOMENT_DIGITS)} kg/m³"
     if density > STEEL:
-        text += f", {_plain_number(density / STEEL, MOMENT_DIGITS)} times steel"
+        text += f", {plain_number(density / STEEL, MOMENT_DIGITS)} times steel"
     return f"{text}, as an ellipsoid (--density limits it)"
 
 
@@ -199,25 +199,19 @@ def unusual_matter(design: Design) -> list[tuple[str, str]]:
             continue
         if solid.density < AIR:
             what = (
-                f"lighter than air, {_plain_number(solid.density, MOMENT_DIGITS)} kg/m³, as a "
+                f"lighter than air, {plain_number(solid.density, MOMENT_DIGITS)} kg/m³, as a "
                 "solid: build it as masses at the ends of a light frame"
             )
             if name in design.more_mass:
                 least = number_text(design.more_mass[name][0], ".2g")
                 what += f", or give it more mass, such as --bounds {name}={least}:"
         else:
-            size = f"{_plain_number(solid.density, MOMENT_DIGITS)} kg/m³"
+            size = f"{plain_number(solid.density, MOMENT_DIGITS)} kg/m³"
             if not solid.density < np.inf:
                 size = "a body without volume"
             what = f"denser than steel, {size}: --density steel asks for bodies of steel"
         pairs.append(("matter", f"{name} is {what}"))
     return pairs
-
-
-def _plain_number(value: float, digits: int) -> str:
-    """Write a number without an exponent where it is short."""
-    text = number_text(value, f".{digits}g")
-    return f"{float(text):.0f}" if "e+0" in text and float(text) < 1e7 else text
 
 
 def solid_rows(design: Design) -> list[tuple[str, ...]]:
@@ -229,13 +223,11 @@ def solid_rows(design: Design) -> list[tuple[str, ...]]:
         if solid is None:
             rows.append((name, "none", "", "", ""))
             continue
-        sizes = " × ".join(_plain_number(1e3 * size, COM_DIGITS) for size in solid.sizes)
-        mass = _plain_number(1e3 * solid.mass, DIGITS)
+        mass = plain_number(1e3 * solid.mass, DIGITS)
         density = "no volume"
         if solid.density < np.inf:
-            density = _plain_number(solid.density, COM_DIGITS)
-        shape = "elliptic plate" if solid.shape == "plate" else "ellipsoid"
-        rows.append((name, shape, sizes, mass, density))
+            density = plain_number(solid.density, COM_DIGITS)
+        rows.append((name, solid.name, solid.size_text, mass, density))
     return rows
 
 

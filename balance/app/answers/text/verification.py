@@ -125,10 +125,12 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
     samples = sum(run.trajectory.time.size for run in verification.runs)
     if verification.crank is not None:
         crank = verification.crank
+        pose = "the pose above" if verification.linkage.at else "the pose of the file"
         return [
             (
                 "motion",
-                f"{crank.words} ({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps",
+                f"{crank.words} ({number_text(crank.speed, '.6g')} rad/s), "
+                f"{samples - 1} steps; its angle counts from {pose}",
             ),
             ("duration", f"{verification.duration:.4g} s"),
         ]

@@ -73,8 +73,7 @@ def decide_shaped(
     sizes = shapes_in_words(choices)
     blank = free.undecided(
         f"no {sizes} that balance were found in the regions, where "
-        f"{number_text(free.added_mass)} kg of other shapes do; larger regions, or another "
-        "size or shape, may hold them",
+        f"{number_text(free.added_mass)} kg of other shapes do",
         shape=shape_text(choices),
         least_mass=free.added_mass,
     )
@@ -90,7 +89,7 @@ def decide_shaped(
         answers = [_decide_grown(blank, program, dict(chosen)) for chosen in holders]
     balanced = [answer for answer, _ in answers if answer.weights]
     if not balanced:
-        return answers[0][0] if len(answers) == 1 else blank
+        return blank
     best = balanced[first_least([answer.added_mass for answer in balanced])]
     total, bound = best.added_mass, min(bound for _, bound in answers)
     return replace(

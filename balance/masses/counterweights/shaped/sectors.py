@@ -33,7 +33,6 @@ from balance.support.tolerances import SHAPE_INSIDE
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
-from kinematics.wording import number_text
 
 
 def fan_of(space: DesignSpace, body: int, stock: Stock, shape: WeightShape) -> Stock:
@@ -96,11 +95,9 @@ def decide_sectors(
         blank: the answer where there are none.
         fans: from `fan_of`, by position of the body.
     """
-    answer = decide_filled(blank.space, fans)
+    answer = decide_filled(blank.space, fans, relax=False)
     if answer.verdict == "infeasible":
-        factors = [change.factor for change in answer.relaxations if change.factor]
-        more = f"; {number_text(factors[0])} times as thick they would do" if factors else ""
-        return replace(blank, words=f"{blank.words}{more}"), np.inf
+        return blank, np.inf
     if answer.gap is None or answer.residual is None:
         return blank, 0.0
     bound = answer.added_mass * (1.0 - answer.gap)

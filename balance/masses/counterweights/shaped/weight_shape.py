@@ -168,9 +168,15 @@ def wanted_shapes(
         )
     if clash:
         raise UsageError(clash)
+    if not space.linkage.planar:
+        raise UsageError(
+            f"shapes lie across the plane of a planar linkage, and '{space.linkage.name}' has "
+            "none: leave out the shape, and give regions, such as "
+            "cylinder(x,y,z,ax,ay,az,r,length), a part of which matter then fills"
+        )
     if not space.planar or space.balance != "force":
         raise UsageError(
-            "shapes are found for the forces of planar linkages: ask for force balance "
-            "(--balance force), or leave out the shape"
+            "shapes are found for forces in the plane: ask for force balance (--balance force, "
+            "without --spatial), or leave out the shape"
         )
     return choices

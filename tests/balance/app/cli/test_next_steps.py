@@ -93,12 +93,11 @@ def test_the_relaxed_request_that_comes_next_balances(words, change):
     assert relaxed.code == 0 and "feasible: " in row_of(relaxed.out, "verdict")
 
 
-def relaxed(words, *changes, shape=None, chosen=("a",), density=(), limits=None):
+def relaxed(words, *changes, chosen=("a",), density=(), limits=None):
     """The command of a request on link ``a`` that changes make feasible."""
-    arguments = SimpleNamespace(words=["m", *words], links=["a"], density=density)
+    arguments = SimpleNamespace(words=["m", *words], links=["a"], density=density, region=[])
     matter = SimpleNamespace(
         worth_naming=tuple(Relaxation(*change) for change in changes),
-        shape=shape,
         chosen=chosen,
         density=limits,
         regions={"a": ball_region([0.0, 0.0, 0.0], 0.1)},
@@ -111,7 +110,7 @@ def test_the_relaxed_request_is_written_where_options_can():
     more = (("b", "c"), None, 1.0)
     assert relaxed(words, more) == "m --links a,b,c"
     assert relaxed(words, (("all",), None, 1.0)) == "m --links all"
-    assert relaxed(words, more, shape="disc=0.02").startswith("perhaps: balance counter")
+    assert relaxed([*words, "--out", "w.urdf", "--merge"], more) == "m --links a,b,c"
     assert relaxed(words, more, density=[("a", 8e3)]) == "" == relaxed(words)
     grown = (("a",), 2.0, 0.8)
     assert relaxed(words, grown, more) == "m --links a --region 'a=ball(0,0,0,0.202)'"
@@ -119,6 +118,12 @@ def test_the_relaxed_request_is_written_where_options_can():
     assert relaxed(words, (("a",), 2.0, 9.0), more) == "m --links a,b,c"
     assert relaxed(words, ((), 2.0, 1.0), limits={"a": 200.0}) == "m --links a --density 404"
     assert relaxed(words, ((), 2.0, 1.0), limits={"a": 200.0, "b": 300.0}) == ""
+    sized = [*words, "--shape", "disc=2mm"]
+    room = {"a": "ball(0,0,0,2)"}
+    assert relaxed(sized, (("a",), 2.0, 1.0, room)) == (
+        "m --links a --shape disc=2mm --region 'a=ball(0,0,0,2)'"
+    )
+    assert relaxed(sized, ((), 2.0, 1.0, {}, "disc=4mm")) == "m --links a --shape disc=4mm"
 
 
 @pytest.mark.slow

@@ -159,7 +159,7 @@ def test_a_crank_that_cannot_turn_says_how_far(links, tmp_path):
     assert str(caught.value).startswith(f"{path}: the crank u1 cannot turn fully: only from ")
     with pytest.raises(PoseError) as brief:
         revolve_crank(kinematics.load(path), 10.0, explain=False)
-    assert re.sub(r"-?[\d.]+°", "#°", str(caught.value)).startswith(f"{brief.value}; ")
+    assert str(caught.value).startswith(f"{brief.value}: only from ")
     ends = [
         math.degrees(math.acos((a * a + d * d - e * e) / (2.0 * a * d)))
         for e in (b - c, b + c)
@@ -301,7 +301,7 @@ def test_the_command_tells_peak_and_rms(capsys, tmp_path):
     assert speed["force"]["peak"] == report["shaking"]["force"] > speed["force"]["rms"] > 0.0
     assert main(["verify", "four_bar_general", "--speed", "u1=5hz"]) == 1
     out = capsys.readouterr().out
-    assert "one revolution of u1 at 300 rpm (31.4159 rad/s), 720 steps" in out
+    assert "(31.4159 rad/s), 720 steps; its angle counts from the pose of the file" in out
     force = speed["force"]
     assert re.search(
         rf"shaking force +peak {force['peak']:.3g} N at [\d.]+°, rms "

@@ -89,8 +89,7 @@ def test_turns_in_a_sweep_are_those_of_the_written_files():
         {"q4.origin.x": bases},
         quantities={"shaking": {"speed": "300rpm", "samples": samples}},
     )
-    why = "shaking: the crank u1 cannot turn fully: only from #° to #° about the reference pose"
-    assert table["reason"].tolist() == [why, ""]
+    assert table["reason"].tolist() == ["shaking: the crank u1 cannot turn fully", ""]
     assert np.isnan(table["peak_force"][0])
     text = write_numbers(gallery_text("four_bar_general"), {"q4.origin.x": bases[1]})
     linkage = kinematics.load(Document("written", text.encode()), at={"u1": 0.0})

@@ -212,15 +212,9 @@ class Design(WithPage, WithPicture):
         return write_file(path, replace_inertials(self.space.linkage, elements))
 
     def to_table(self) -> MassTable:
-        """Return mass, g, centre of mass, mm, and inertia about it, kg mm², of each body.
-
-        Returns:
-            Rows ``link, mass, x, y, z, ixx, iyy, izz, ixy, ixz, iyz`` in the link frames, which
-            are printed as a table, with the solids of a limited density; none if there is no
-            design.
-        """
+        """Return mass, centre, inertia and solid of each body; see `MassRow`."""
         rows = (
-            (body.name, body.mass, body.link_com, body.link_inertia) for body in self.bodies
+            (each.name, each.mass, each.link_com, each.link_inertia) for each in self.bodies
         )
         solids = solid_texts(self.space.bodies, self.solids) if self.density else {}
         return mass_table(rows, self.space.length, self.words, solids)

@@ -157,6 +157,7 @@ def test_twists_of_columns():
         assert np.allclose(loops, whole, atol=1e-13) and np.abs(loops).max() > 0.1
 
 
+@pytest.mark.lanes
 @pytest.mark.parametrize("force", [False, True])
 @pytest.mark.parametrize("moved", [False, True])
 def test_rows_of_the_regressor(force, moved):

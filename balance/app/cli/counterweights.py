@@ -149,9 +149,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
         load = _load_data(arguments, space)
     parts = make_parts(arguments, matter)
     reduce = reduce_command(arguments, matter.given_mass)
-    following = next(
-        (changed_command(arguments, help) for help in matter.worth_naming if help.for_shape), ""
-    )
+    changes = [change for change in matter.worth_naming if change.for_shape]
+    following = changed_command(arguments, changes[0]) if changes else ""
     notices = (
         *space.warnings,
         *distant_regions(space, dict(arguments.region)),

@@ -213,9 +213,7 @@ class Design(WithPage, WithPicture):
 
     def to_table(self) -> MassTable:
         """Return mass, centre, inertia and solid of each body; see `MassRow`."""
-        rows = (
-            (each.name, each.mass, each.link_com, each.link_inertia) for each in self.bodies
-        )
+        rows = ((b.name, b.mass, b.link_com, b.link_inertia) for b in self.bodies)
         solids = solid_texts(self.space.bodies, self.solids) if self.density else {}
         return mass_table(rows, self.space.length, self.words, solids)
 

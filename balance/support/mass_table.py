@@ -16,9 +16,9 @@ from kinematics.wording import html_facts, number_text, without_round_off
 # Grams in a kilogram, and millimetres in a metre; kg mm² in kg m².
 PER_SI, INERTIA_PER_SI = 1e3, 1e6
 DIGITS = ".4g"
-# Of the largest moment of a link: a solver leaves small ones at its accuracy.
-MOMENT_DIGITS = 4
-SOLID = "solid of its inertia (mm)"
+# Of the largest moment of a link: objectives determine moments less well than masses.
+MOMENT_DIGITS = 2
+SOLID = "solid of its inertia (mm), density (kg/m³)"
 HEAD = ("link", "mass (g)", "x (mm)", "y (mm)", "z (mm)")
 MOMENTS = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 # Rows and columns of these moments.
@@ -66,8 +66,8 @@ class MassTable(tuple[MassRow, ...]):
 
     Attributes:
         verdict: of the answer that has them; it is printed where there are none.
-        solids: shape and size, mm, of the solid that has the inertia of a link, by name; empty
-            if no density is limited.
+        solids: shape, size, mm, and density, kg/m³, of the solid that has the inertia of a
+            link, by name; empty if no density is limited.
     """
 
     verdict: str = ""
@@ -101,7 +101,7 @@ class MassTable(tuple[MassRow, ...]):
             return html_facts(TITLE, ("no masses", self.verdict))
         facts = []
         for link, mass, *place in map(_texts, self):
-            solid = f", {self.solids[link]} mm" if link in self.solids else ""
+            solid = f", {self.solids[link]} kg/m³" if link in self.solids else ""
             facts.append((link, f"{mass} g at ({', '.join(place)}) mm{solid}"))
         return html_facts(TITLE, *facts)
 

@@ -167,6 +167,8 @@ GOOD: dict[str, list[str]] = {
     "sweep run --budget": ["0.1", "--reduce", "{link}"], "sweep run --compute": ["distance"],
     "sweep run --set": ["run.chunk_rows=1"], "sweep run --best": ["max:rank={folder}/b.urdf"],
     "sweep run --write-study": ["{folder}/a.toml"],
+    "sweep run --region": ["{link}=ball(0,0,0,0.1)", "--counterweights", "{link}"],
+    "sweep export --added": ["none", "--row", "0", "--out", "{folder}/row.urdf"],
     "sweep show --descending": ["--sort", "rank"],
     "sweep show --plot": ["rank,closed", "--out", "{folder}/plot.svg"],
     "sweep show --out": ["{folder}/plot.svg", "--plot", "rank,closed"],

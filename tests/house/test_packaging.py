@@ -59,8 +59,12 @@ def test_a_change_in_another_file_is_seen(copy):
 def test_a_number_that_is_written_is_no_type_of_its_own(copy):
     text = ABOVE.replace("inner(x) * 10.0", "inner(1) + inner(2) + inner(x)")
     (copy / "kinematics" / "written.py").write_text(text, encoding="utf-8")
-    code = "from kinematics.written import inner, outer; print(outer(3), len(inner.signatures))"
-    assert run(copy, code)[0] == ["9.0", "1"]
+    code = """
+from kinematics.numerics.compiled.numba_compiler import compile_inner_kernels
+from kinematics.written import inner, outer
+print(outer(3), len([*compile_inner_kernels()]), len(inner.signatures))
+"""
+    assert run(copy, code)[0] == ["9.0", "1", "1"]
 
 
 @pytest.mark.compile
@@ -84,7 +88,7 @@ def test_a_damaged_cache_is_written_anew(copy):
     run(copy, ASK)
     for pattern, compiles in (("*.nbc", True), ("*.nbi", False)):
         files = list(copy.glob(f"**/{pattern}"))
-        assert len(files) == 2
+        assert len(files) == 1
         for file in files:
             file.write_bytes(file.read_bytes()[:7])
         out, told = run(copy, ASK)

@@ -95,6 +95,11 @@ class Solid(NamedTuple):
         return " × ".join(plain_number(1e3 * size, SIZE_DIGITS) for size in self.sizes)
 
     @property
+    def density_text(self) -> str:
+        """Its density, kg/m³, as text."""
+        return plain_number(self.density, SIZE_DIGITS) if self.density < np.inf else "no volume"
+
+    @property
     def density(self) -> float:
         """Mass over volume, kg/m³; infinite for a solid without volume."""
         part = np.pi / 6.0 if self.shape == "ellipsoid" else np.pi / 4.0
@@ -171,9 +176,15 @@ def mass_where_least(per_mass: float, area: float, d: int) -> float:
 
 
 def solid_texts(names: Sequence[str], solids: Sequence[Solid | None]) -> dict[str, str]:
-    """Return shape and size, mm, of the solids of bodies by name; none of those without."""
-    pairs = zip(names, solids, strict=False)
-    return {name: f"{solid.name} {solid.size_text}" for name, solid in pairs if solid}
+    """Return shape, size, mm, and density, kg/m³, of the solids of bodies by name.
+
+    Bodies without a solid have none.
+    """
+    return {
+        name: f"{solid.name} {solid.size_text}, {solid.density_text}"
+        for name, solid in zip(names, solids, strict=False)
+        if solid
+    }
 
 
 def solid_data(solid: Solid) -> dict[str, object]:

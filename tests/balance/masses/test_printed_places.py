@@ -86,12 +86,15 @@ def test_the_table_of_a_design_of_plates_has_their_sizes():
     )
     table = best.to_table()
     lines = repr(table).splitlines()
-    assert lines[0].endswith("z (mm)  solid of its inertia (mm)")
+    assert lines[0].endswith("  solid of its inertia (mm), density (kg/m³)")
     for row, line in zip(table, lines[1:], strict=True):
         shape, sizes = line[-len(table.solids[row.link]) :].split(" plate ")
+        sizes, _, density = sizes.partition(", ")
         width, height, thickness = map(float, sizes.split(" × "))
         assert shape == "elliptic" and thickness == 20.0
-        assert row.mass < 1.01 * 7.85e-3 * np.pi / 4.0 * width * height * thickness
+        volume = 1e-6 * np.pi / 4.0 * width * height * thickness  # of g and kg/m³
+        assert row.mass == pytest.approx(float(density) * volume, rel=0.02)
+        assert float(density) < 7.86e3
         body = next(body for body in best.bodies if body.name == row.link)
         about = 1e9 * float(body.link_inertia[2, 2])
         assert about == pytest.approx(row.mass * (width**2 + height**2) / 16.0, rel=0.01)

@@ -183,7 +183,7 @@ def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     times = number_text(means[densest] / STEEL, ".3g")
     text = (
         f"no limit: lumps are points; '{weights[densest].link}' would be {times} times as "
-        "dense as steel if it filled its region (without --points a density limits it)"
+        "dense as steel if it filled its region (--density steel limits it, without --points)"
     )
     return [("density", text)]
 

@@ -224,10 +224,7 @@ def solid_rows(design: Design) -> list[tuple[str, ...]]:
             rows.append((name, "none", "", "", ""))
             continue
         mass = plain_number(1e3 * solid.mass, DIGITS)
-        density = "no volume"
-        if solid.density < np.inf:
-            density = plain_number(solid.density, COM_DIGITS)
-        rows.append((name, solid.name, solid.size_text, mass, density))
+        rows.append((name, solid.name, solid.size_text, mass, solid.density_text))
     return rows
 
 

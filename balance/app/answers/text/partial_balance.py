@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import shlex
 from math import inf
 
 import numpy as np
@@ -21,6 +22,7 @@ from balance.app.answers.text.counterweights import (
 )
 from balance.app.answers.text.linkage import amplitude_text, linkage_facts
 from balance.masses.counterweights.link_regions import default_region
+from balance.masses.counterweights.regions import ball_region
 from balance.masses.counterweights.shaped.across_plane import at_rim
 from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
@@ -39,6 +41,8 @@ STEADY = 1e-9
 # Part of the added mass to which the masses of links are known: the least shaking is flat.
 FLAT_GAP = 1e-4
 FORM = f".{DIGITS}g"
+# Options that a line names at most.
+MOST_OPTIONS = 3
 
 
 def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
@@ -144,7 +148,26 @@ def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
     if not best.weights or full or undetermined:
         return []
     used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
-    return [("room", f"{used}: more kilograms do no better there; --region L=SHAPE gives room")]
+    return [("room", f"{used}: more kilograms do no better there; {_more_room(best)}")]
+
+
+def _more_room(best: PartialBalance) -> str:
+    """Write the option that gives room: of default regions, balls of twice the radius."""
+    options = []
+    for link, region in best.regions.items():
+        if _is_default(best, link):
+            radius = 2.0 * float(np.linalg.norm(region.place[:3, 0]))
+            ball = ball_region(region.place[:3, 3], float(number_text(radius, ".3g")))
+            options.append(f"--region {shlex.quote(f'{link}={ball.text}')}")
+    if 0 < len(options) <= MOST_OPTIONS:
+        return f"twice the room: {' '.join(options)}"
+    return "--region L=SHAPE gives room"
+
+
+def _is_default(best: PartialBalance, link: str) -> bool:
+    """Whether the region of a link is that by default."""
+    default = default_region(best.space, best.space.bodies.index(link))
+    return default.text == best.regions[link].text
 
 
 def _shaped_room_facts(
@@ -155,17 +178,19 @@ def _shaped_room_facts(
     Args:
         used: what `_room_facts` says of the budget.
     """
-    places, space = [], best.space
-    for link, region in best.regions.items():
-        chosen = default_region(space, space.bodies.index(link)).text == region.text
-        places.append(f"{region.words} of {link}{' (the default)' if chosen else ''}")
+    space = best.space
+    places = [
+        f"{region.words} of {link}{' (the default)' * _is_default(best, link)}"
+        for link, region in best.regions.items()
+    ]
     text = "; ".join([", ".join(places), *(words for _, words in used)])
     bound = [x.link for x in best.weights if at_rim(space, x, best.regions[x.link])]
     # A sector whose radius is given does not grow with its region.
     if bound and "," not in shape:
-        gain = "takes less" if best.share < HARDLY_SHAKES else "leaves less"
+        leaves = best.share >= HARDLY_SHAKES
+        gain = "leaves less, or as much with less mass" if leaves else "takes less mass"
         text += f"; {', '.join(bound)} at the rim of the region: a larger one {gain}"
-        text += "" if used else "; --region L=SHAPE gives room"
+        text += "" if used else f"; {_more_room(best)}"
     return [("room", text)]
 
 

@@ -141,8 +141,7 @@ def _model_facts(run: Data) -> list[tuple[str, str]]:
         unit = f" {column['unit']}" if column["unit"] else ""
         text = f"{each['name']} {cell_text(each['value'])}{unit}"
         if column["least"] is not None:
-            inside = column["least"] <= each["value"] <= column["most"]
-            text += "" if inside else ", outside the range"
+            text += "" if _is_inside(column, each["value"]) else ", outside the range"
         told.append(text)
     return [("in the file", "; ".join(told))] if told else []
 
@@ -256,9 +255,24 @@ def _best_facts(run: Data) -> list[tuple[str, str]]:
     which = "largest" if best["largest"] else "least"
     row = f"row {best['row']}, {which} {best['column']} {cell_text(best['value'])}"
     column = next(each for each in run["columns"] if each["name"] == best["column"])
-    if run["results"] - column["missing"] > 1 and not column["varies"]:
+    known = run["results"] - column["missing"]
+    if known > 1 and not column["varies"]:
         row += ", as all rows that have one" if column["missing"] else ", as all rows"
+    elif known > 2 and (ends := " and ".join(_ends_of_range(run))):
+        row += f", at the end of the range of {ends}: there may be better ones beyond"
     return [("best", f"{row}: {best['file']}, with {masses_text(best['added'])}")]
+
+
+def _ends_of_range(run: Data) -> list[str]:
+    """Name what varies and has its least or largest value in the best row, the first shown."""
+    row = dict(zip(run["head"], run["table"][0], strict=True))
+    columns = {column["name"]: column for column in run["columns"]}
+    names = (each["name"] for each in run["in_model"] if columns[each["name"]]["varies"])
+    return [x for x in names if row[x] in (columns[x]["least"], columns[x]["most"])]
+
+
+def _is_inside(column: Data, value: float) -> bool:
+    return bool(column["least"] <= value <= column["most"])
 
 
 def _no_answer_text(run: Data, of_study: bool, force_row: int | None) -> str:
@@ -266,6 +280,12 @@ def _no_answer_text(run: Data, of_study: bool, force_row: int | None) -> str:
     words = str(run["reasons"][0]["reason"]) if run["reasons"] else ""
     if not any(column["name"] == "closed" and column["most"] for column in run["columns"]):
         return "No geometry closes its loops: vary less, or about the lengths of the model."
+    columns = {column["name"]: column for column in run["columns"]}
+    if force_row is None:
+        apart = [x for x in run["in_model"] if not _is_inside(columns[x["name"]], x["value"])]
+        values = " and ".join(f"{x['name']}={cell_text(x['value'])}" for x in apart)
+        about = f" Vary about the values of the file, {values}." if apart else ""
+        return f"No row has all answers: {words}.{about}"
     option = 'balance = "force" of [compute]' if of_study else "--balance force"
     remedy = f" {option} asks for the shaking force alone: row {force_row} has an answer then."
-    return f"No row has all answers: {words}.{'' if force_row is None else remedy}"
+    return f"No row has all answers: {words}.{remedy}"

@@ -45,7 +45,7 @@ class Dimensions(NamedTuple):
 def whole_dimensions(weight: Counterweight) -> Dimensions | None:
     """Return the dimensions of a counterweight; None unless it is a whole simple shape.
 
-    A cylinder that is no longer than its radius is a disc.
+    A cylinder that is no longer than its diameter is a disc.
     """
     region = weight.region
     names = {"sector": "sector", "cylinder": "disc", "box": "block", "ball": "ball"}
@@ -53,7 +53,7 @@ def whole_dimensions(weight: Counterweight) -> Dimensions | None:
         return None
     x, y, z = (2e3 * np.linalg.norm(region.place[:3, :3], axis=0)).tolist()
     shape = names[region.kind]
-    if shape == "disc" and z > 0.5 * x:
+    if shape == "disc" and z > x:
         shape = "cylinder"
     radius = None if shape == "block" else 0.5 * x
     angle = float(np.degrees(2.0 * region.half_angle)) if shape == "sector" else None

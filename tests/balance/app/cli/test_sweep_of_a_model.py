@@ -227,6 +227,20 @@ def test_what_the_model_has_and_where_weights_may_be(folder):
     assert "crank.added" not in done.out.partition("\nrow ")[2]
 
 
+def test_a_range_without_an_answer_is_told_where_the_file_is(folder):
+    """No crank of these lengths turns fully, and that of the file, of 0.316 m, does."""
+    words = ["four_bar_general", "--vary", "crank.length=0.8,0.9", "--speed", "300rpm"]
+    done = asked(["sweep", "run", *words, *BESIDE])
+    assert done.code == 1
+    assert (
+        "cannot turn fully. Vary about the values of the file, crank.length=0.316" in done.out
+    )
+    inside = asked(
+        ["sweep", "run", *words[:2], "crank.length=0.3,0.32,0.33", *words[3:], *BESIDE]
+    )
+    assert inside.code == 0
+
+
 def test_commands_that_lead_on_can_be_run(folder):
     """The first row has no linkage, the second no shaking, and the speed has a blank."""
     done = asked(["sweep", "run", *SOME_CLOSE, "--speed", "u1=300 rpm", *BESIDE])
@@ -247,6 +261,11 @@ def test_commands_that_lead_on_can_be_run(folder):
         ("0.01,0.9,1.0", "rank", ", as all rows that have one: b.urdf"),
         ("0.9,1.0", "rank", ", as all rows: b.urdf"),
         ("0.9,1.0", "rms_moment", ": b.urdf"),
+        (
+            "0.8:1.2:5",
+            "rms_moment",
+            ", at the end of the range of coupler.length: there may be better ones beyond: ",
+        ),
     ],
 )
 def test_the_best_of_equal_rows(folder, lengths, column, text):

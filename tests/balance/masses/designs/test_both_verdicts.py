@@ -128,7 +128,8 @@ def test_a_wider_ball_holds_the_designs_of_a_narrower():
     margins = [design_of_any_density(space, within=radius).margin for radius in radii]
     assert margins[:3] == [0.0] * 3 and 0.0 < margins[3] < 0.9 * margins[4]
     assert all(b >= 0.99999 * a for a, b in zip(margins, margins[1:], strict=False))
-    assert margins[-1] == pytest.approx(margins[-2], rel=1e-6)
+    # The solver knows a margin to about 1e-9 of the traces: here to 6e-6 of it.
+    assert margins[-1] == pytest.approx(margins[-2], rel=1e-5)
 
 
 # --- kept links, checks ---------------------------------------------------------------------

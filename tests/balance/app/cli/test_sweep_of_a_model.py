@@ -92,7 +92,9 @@ def test_the_best_row_is_a_file_that_shakes_so(folder):
         rows = list(csv.DictReader(text))
     peaks = [float(row["peak_moment_after (N m)"]) for row in rows]
     best = answer["best"]
-    assert best["row"] == np.argmin(peaks) and best["value"] == min(peaks)
+    # The crank's mass changes nothing: of rows that differ by round-off, the first is best.
+    first = next(row for row, peak in enumerate(peaks) if peak <= min(peaks) * (1.0 + 1e-9))
+    assert best["row"] == first and best["value"] == pytest.approx(peaks[first], rel=1e-9)
     assert answer["table"][0][0] == best["row"] and best["added"] == "counterweights"
     linkage = balance.load("best.urdf")
     way, _ = revolve_crank(linkage, 10.0 * np.pi, steps=720)

@@ -307,7 +307,8 @@ class ResultsFile:
 
         Args:
             names: the columns.
-            order: column to sort by.
+            order: column to sort by, reals by ten digits: rows that differ by round-off stay
+                in their order.
             descending: whether the largest comes first.
             limit: most rows.
             every: take only each row whose number is a multiple of this.
@@ -321,8 +322,10 @@ class ResultsFile:
         )
         sort = ROW_NUMBER
         if order:
-            by = sql_quoted(self._names[self.column(order).name])
-            sort = f"{by} IS NULL, {by} {'DESC' if descending else 'ASC'}, {ROW_NUMBER}"
+            column = self.column(order)
+            name = sql_quoted(self._names[column.name])
+            by = _ten_digits(name) if column.kind == "real" else name
+            sort = f"{name} IS NULL, {by} {'DESC' if descending else 'ASC'}, {ROW_NUMBER}"
         query = f"SELECT {picked} FROM results WHERE row % ? = 0 ORDER BY {sort} LIMIT ?"
         with sqlite_errors(self.path):
             cursor = self._connection.execute(query, (every, limit))
@@ -469,3 +472,9 @@ def _transaction(connection: sqlite3.Connection) -> Iterator[sqlite3.Cursor]:
         if connection.in_transaction:
             cursor.execute("ROLLBACK")
         raise
+
+
+def _ten_digits(name: str) -> str:
+    """Write the expression of SQL for a real number to ten digits; infinite ones stay."""
+    short = f"CAST(printf('%.9e', {name}) AS REAL)"
+    return f"CASE WHEN abs({name}) < 1e300 THEN {short} ELSE {name} END"

@@ -132,6 +132,18 @@ def test_rows_are_sorted_with_missing_values_last(tmp_path):
                 call(["nr"] if call == file.read else "nr")
 
 
+def test_rows_that_differ_by_round_off_stay_in_their_order(tmp_path):
+    """Three values of almost one size, a smaller one, none, and infinite ones."""
+    values = [2.0, 2.0 - 1e-15, 2.0 + 1e-15, 1.999999, np.nan, np.inf, -np.inf, 1e305]
+    job = Squares(rows=len(values), columns=(Column("value", "real"),))
+    with ResultsFile.create(tmp_path / "a.db", job) as file:
+        file.write_chunk(0, {"value": np.array(values)})
+        rows = [[row for row, _ in batch] for batch in file.batches(["value"], "value")]
+        assert rows == [[6, 3, 0, 1, 2, 7, 5, 4]]
+        rows = [[row for row, _ in batch] for batch in file.batches(["value"], "value", True)]
+        assert rows == [[5, 7, 0, 1, 2, 3, 6, 4]]
+
+
 def test_the_name_of_the_number_of_a_row_is_taken():
     with pytest.raises(UsageError, match="'row'"):
         Column("row", "real")

@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from balance.masses.counterweights.link_regions import ALL
+from balance.masses.counterweights.link_regions import ALL, grown_ball
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
 
@@ -132,19 +132,10 @@ def _region_words(regions: Mapping[str, str]) -> list[str]:
 
 def _grown_balls(matter: Counterweights, links: Sequence[str], factor: float) -> list[str]:
     """Write the default regions of links larger, as options; empty if some were given."""
-    import numpy as np
-
-    from balance.masses.counterweights.regions import ball_region
-
     if not {*links} <= {*matter.chosen}:
         return []
-    regions = {}
-    for link in links:
-        place = matter.regions[link].place
-        half = float(np.linalg.norm(place[:3, 0]))
-        radius = float(number_text(ENOUGH * factor * half, ".3g"))
-        regions[link] = ball_region(place[:3, 3], radius).text
-    return _region_words(regions)
+    larger = ENOUGH * factor
+    return _region_words({x: grown_ball(matter.regions[x], larger).text for x in links})
 
 
 def without_options(words: Iterable[str], dropped: dict[str, int]) -> list[str]:

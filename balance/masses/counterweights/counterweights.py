@@ -179,7 +179,7 @@ def counterweights(
         grown = shape_changes(answer, stocks, choices)
     else:
         grown = _smallest_growths(asked, body_regions, mass_of)
-    answer = _with_helps(answer, body_regions, grown, mass_of)
+    answer = _with_relaxations(answer, body_regions, grown, mass_of)
     if isinstance(asked, RequiredSpace) and len(asked.regions) > 1 and not limits:
         words = f"{answer.words}; {_contradiction(asked, body_regions)}"
         return replace(answer, words=words)
@@ -207,7 +207,7 @@ def _mass_finder(
     return mass_of
 
 
-def _with_helps(
+def _with_relaxations(
     answer: Counterweights,
     regions: Mapping[int, Region],
     grown: tuple[Relaxation, ...],
@@ -222,10 +222,10 @@ def _with_helps(
     """
     more = _find_further_links(answer.space, regions, mass_of, together=not grown)
     answer = replace(answer, relaxations=(*answer.relaxations, *grown, *more))
-    told = [change.words for change in answer.worth_naming[:1]]
-    if not told and answer.verdict == "undecided":
-        told = ["other regions, sizes or shapes may do"]
-    return replace(answer, words="; ".join([answer.words, *told]))
+    words = [change.words for change in answer.worth_naming[:1]]
+    if not words and answer.verdict == "undecided":
+        words = ["other regions, sizes or shapes may do"]
+    return replace(answer, words="; ".join([answer.words, *words]))
 
 
 def _name_clash(minimise: AddedObjective, thickness: float | None) -> str:

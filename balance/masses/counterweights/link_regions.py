@@ -22,6 +22,7 @@ from kinematics.files.urdf.robot_tree import pose_matrix
 from kinematics.model.document.element import Element
 from kinematics.model.linkage import GROUND, Linkage, Notice
 from kinematics.numerics.array_types import Array
+from kinematics.wording import number_text
 
 COLLISION = "collision"
 # Distance of a region from the joint of its link, in characteristic lengths of the linkage,
@@ -82,6 +83,11 @@ def names_of_links(linkage: Linkage, links: Sequence[str]) -> Sequence[str]:
         links = [name.strip() for name in links.split(",")]
     every = tuple(links) == (ALL,) and ALL not in linkage.places
     return linkage.body_names if every else links
+
+
+def grown_ball(ball: Region, factor: float) -> Region:
+    """Make a ball about the same centre, with a radius of three digits times a factor."""
+    return ball_region(ball.centre, float(number_text(factor * ball.size, ".3g")))
 
 
 def default_region(space: DesignSpace, body: int) -> Region:

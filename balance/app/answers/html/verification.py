@@ -58,8 +58,10 @@ def panels(verification: Verification, number: int | None = None) -> list[Panel]
     )
     inputs = _largest_columns(names[0], run.trajectory.u, range(len(names[0])))
     alike = _alike_columns(run.bearing)
-    told = [_names_alike([names[1][k] for k in alike.get(j, ())]) for j in range(len(names[1]))]
-    joints = _largest_columns(told, run.bearing, [*alike])
+    labels = [
+        _names_alike([names[1][k] for k in alike.get(j, ())]) for j in range(len(names[1]))
+    ]
+    joints = _largest_columns(labels, run.bearing, [*alike])
     return [
         Panel(inputs_title(verification.linkage), *inputs),
         Panel("shaking force (N)", axes, -run.about[:, 3:].T, least),

@@ -21,8 +21,7 @@ from balance.app.answers.text.counterweights import (
     shape_facts,
 )
 from balance.app.answers.text.linkage import amplitude_text, linkage_facts
-from balance.masses.counterweights.link_regions import default_region
-from balance.masses.counterweights.regions import ball_region
+from balance.masses.counterweights.link_regions import default_region, grown_ball
 from balance.masses.counterweights.shaped.across_plane import at_rim
 from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
@@ -156,11 +155,10 @@ def _more_room(best: PartialBalance) -> str:
     options = []
     for link, region in best.regions.items():
         if _is_default(best, link):
-            radius = 2.0 * float(np.linalg.norm(region.place[:3, 0]))
-            ball = ball_region(region.place[:3, 3], float(number_text(radius, ".3g")))
+            ball = grown_ball(region, 2.0)
             options.append(f"--region {shlex.quote(f'{link}={ball.text}')}")
     if 0 < len(options) <= MOST_OPTIONS:
-        return f"twice the room: {' '.join(options)}"
+        return f"twice the radius: {' '.join(options)}"
     return "--region L=SHAPE gives room"
 
 

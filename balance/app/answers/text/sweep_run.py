@@ -135,15 +135,15 @@ def _growth_facts(run: Data) -> list[tuple[str, str]]:
 def _model_facts(run: Data) -> list[tuple[str, str]]:
     """Say which values the file of the model has of what varies."""
     columns = {column["name"]: column for column in run["columns"]}
-    told = []
+    texts = []
     for each in run["in_model"]:
         column = columns[each["name"]]
         unit = f" {column['unit']}" if column["unit"] else ""
         text = f"{each['name']} {cell_text(each['value'])}{unit}"
         if column["least"] is not None:
             text += "" if _is_inside(column, each["value"]) else ", outside the range"
-        told.append(text)
-    return [("in the file", "; ".join(told))] if told else []
+        texts.append(text)
+    return [("in the file", "; ".join(texts))] if texts else []
 
 
 def _cancelled_facts(run: Data, of_study: bool) -> list[tuple[str, str]]:
@@ -282,10 +282,10 @@ def _no_answer_text(run: Data, of_study: bool, force_row: int | None) -> str:
         return "No geometry closes its loops: vary less, or about the lengths of the model."
     columns = {column["name"]: column for column in run["columns"]}
     if force_row is None:
-        apart = [x for x in run["in_model"] if not _is_inside(columns[x["name"]], x["value"])]
-        values = " and ".join(f"{x['name']}={cell_text(x['value'])}" for x in apart)
-        about = f" Vary about the values of the file, {values}." if apart else ""
-        return f"No row has all answers: {words}.{about}"
+        outside = [x for x in run["in_model"] if not _is_inside(columns[x["name"]], x["value"])]
+        values = " and ".join(f"{x['name']}={cell_text(x['value'])}" for x in outside)
+        remedy = f" Vary about the values of the file, {values}." if outside else ""
+        return f"No row has all answers: {words}.{remedy}"
     option = 'balance = "force" of [compute]' if of_study else "--balance force"
     remedy = f" {option} asks for the shaking force alone: row {force_row} has an answer then."
     return f"No row has all answers: {words}.{remedy}"

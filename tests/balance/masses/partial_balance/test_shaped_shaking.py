@@ -228,7 +228,7 @@ def test_a_larger_region_leaves_less_where_a_shape_is_at_its_rim(
     more = (
         "--region L=SHAPE gives room"
         if region
-        else "twice the room: --region 'a=ball(0,0,0,0.05)'"
+        else "twice the radius: --region 'a=ball(0,0,0,0.05)'"
     )
     assert room.count(more) == 1
     assert force_of(second) < force_of(first)

@@ -172,31 +172,56 @@ def minimise_objective(
         epsilon = min(distance, 0.5 * margin * trace / largest)
         trace_limit = TRACE_FACTOR * trace
     bounded = _BoundedGoal(program, cone, goal, epsilon * lower, trace_limit)
-    solution = _solve(bounded)
-    if solution is not None and not _within_densities(program, cone.at(solution.v[:-1])):
-        P = matrices_of(space, z)[list(program.free)] / program.unit
-        solution = _solve_with_densities(bounded, P)
+    P = matrices_of(space, z)[list(program.free)] / program.unit
+    solution = _minimise_nearest(bounded, P, file) if nearest else _minimise(bounded, P)
     if solution is None:
         return None
     v = solution.v
     if wanted == "change":
         return _least_change(program, cone, lower, v[:-1])
-    if nearest:
-        solution = _nearest(bounded, solution, file)
-        if solution is None:
-            return None
-        v = solution.v
     value = float((goal.q @ v + goal.constant) * goal.scale)
     floor = program.unit * epsilon
     return Optimum(program.unit * cone.at(v[:-1]), value, (floor, floor * space.length**2))
 
 
-def _nearest(bounded: _BoundedGoal, best: _Minimiser, file: Array) -> _Minimiser | None:
-    """Find the nearest of the designs of about the least value; see the module.
+def _minimise(bounded: _BoundedGoal, P: Array) -> _Minimiser | None:
+    """Minimise an objective; see `minimise_objective`.
 
     Args:
-        best: a design of the least value.
+        P: pseudo-inertias (free, k, k) of a design, in units of mass.
+    """
+    solution = _solve(bounded)
+    if solution is None or _within_densities(bounded.program, bounded.cone.at(solution.v[:-1])):
+        return solution
+    return _solve_with_densities(bounded, P)
+
+
+def _minimise_nearest(bounded: _BoundedGoal, P: Array, file: Array) -> _Minimiser | None:
+    """Find the nearest of the designs of about the least value; see the module.
+
+    The least value without limits of density is more accurate than that with them. Where these
+    designs reach it, it is the least one.
+
+    Args:
+        P: pseudo-inertias (free, k, k) of a design, in units of mass.
         file: pseudo-inertias of all bodies in the file (bodies, k, k).
+    """
+    best = _solve(bounded)
+    nearest = best and _nearest(bounded, best, P, file)
+    if best is None or nearest is not None or not bounded.program.densities:
+        return nearest
+    best = _solve_with_densities(bounded, P)
+    return best and _nearest(bounded, best, bounded.cone.at(best.v[:-1]), file)
+
+
+def _nearest(
+    bounded: _BoundedGoal, best: _Minimiser, P: Array, file: Array
+) -> _Minimiser | None:
+    """Find the nearest of the designs of about a given value; see `_minimise_nearest`.
+
+    Args:
+        best: a minimiser of this value.
+        P: pseudo-inertias that measure the limits of density.
     """
     cone, goal, densities = bounded.cone, bounded.goal, bounded.program.densities
     values, axes = np.linalg.eigh(file[list(bounded.program.free)])
@@ -209,7 +234,6 @@ def _nearest(bounded: _BoundedGoal, best: _Minimiser, file: Array) -> _Minimiser
         offset=np.append(goal.offset, level),
         parts=(*goal.parts, ConstraintBlock("nonnegative", 1)),
     )
-    P = cone.at(best.v[:-1])
     limits = limit_rows(cone.blocks, P, densities) if densities else None
     nearest = _solve(bounded._replace(goal=distance, limits=limits))
     if nearest is None or nearest.error > SOLVER_RESIDUAL_FAST:

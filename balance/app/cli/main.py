@@ -82,7 +82,7 @@ COMMANDS = {
     ),
     "reduce": Command(
         "the least shaking that so many kilograms buy, and what the motors pay",
-        "balance reduce robot.urdf --links crank,rocker --budget 1.5",
+        "balance reduce engine.urdf --links crank --region crank=80mm --budget 1.5",
     ),
     "remedies": Command(
         "what to build into a linkage that no masses balance, and what each costs",

@@ -41,7 +41,7 @@ def add_region_option(group: argparse._ActionsContainer) -> None:
         type=_link_region,
         default=[],
         metavar="L=SHAPE",
-        help="ball(x,y,z,r), box … (half L's length about joint)",
+        help="80mm about joint, ball(x,y,z,r) … (half L's length)",
     )
 
 
@@ -154,17 +154,16 @@ def _link_names(text: str) -> list[str]:
 
 def _link_region(text: str) -> tuple[str, str]:
     """Parse link and shape of ``L=SHAPE``."""
-    from balance.masses.counterweights.link_regions import COLLISION
-    from balance.masses.counterweights.region_text import is_mesh, read_region
+    from balance.masses.counterweights.region_text import depends_on_link, is_mesh, read_region
 
     name, _, shape = text.rpartition("=")
     if not name:
         raise argparse.ArgumentTypeError(
-            f"'{text}' is not L=SHAPE, such as crank=ball(0,0,0,0.1)"
+            f"'{text}' is not L=SHAPE, such as crank=80mm or crank=ball(0,0,0,0.1)"
         )
     try:
         # A file that cannot be read is no wrong option: the command reads it.
-        if shape.strip() != COLLISION and not is_mesh(shape):
+        if not depends_on_link(shape) and not is_mesh(shape):
             read_region(shape)
     except UsageError as error:
         raise argparse.ArgumentTypeError(f"link '{name}': {error}") from None

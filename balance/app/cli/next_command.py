@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from balance.masses.counterweights.link_regions import ALL, grown_ball
+from balance.masses.counterweights.link_regions import ALL, radius_text
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
 
@@ -135,7 +135,7 @@ def _grown_balls(matter: Counterweights, links: Sequence[str], factor: float) ->
     if not {*links} <= {*matter.chosen}:
         return []
     larger = ENOUGH * factor
-    return _region_words({x: grown_ball(matter.regions[x], larger).text for x in links})
+    return _region_words({x: radius_text(matter.regions[x], larger) for x in links})
 
 
 def without_options(words: Iterable[str], dropped: dict[str, int]) -> list[str]:

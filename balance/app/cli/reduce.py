@@ -110,8 +110,8 @@ def add_reduce(parser: Parser) -> None:
     parser.add_examples(
         "balance reduce robot.urdf --links crank --speed 300rpm --budget 1.5",
         "balance reduce robot.urdf --links crank --budget 1 --require 'force; gravity'",
-        "balance reduce robot.urdf --links crank,rocker --budget 0.6 \\\n"
-        "    --balance force --shape disc=20mm --out quiet.urdf",
+        "balance reduce robot.urdf --links crank --region crank=80mm --budget 0.6 \\\n"
+        "    --balance force --shape sector=20mm --out quiet.urdf",
     )
 
 

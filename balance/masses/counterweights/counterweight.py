@@ -32,6 +32,9 @@ MOST_LUMPS = 4
 SLIVER = np.radians(10.0)
 """Angle of a sector below which no workshop cuts it, radians."""
 
+PART_DIGITS = 3
+"""Digits of the percentage of a region that matter fills."""
+
 NORMAL_DIGITS = 3
 """Decimals of the normal of a plane that bounds a counterweight: a flat minimum leaves it free
 to about 1e-4."""
@@ -98,7 +101,11 @@ class Counterweight:
         """What it is, in words: lumps, one body, or a part of the region."""
         if self.form is None:
             return "one body" if not self.lumps else count_noun(len(self.lumps), "lump")
-        share = f"{number_text(100.0 * self.share, '.3g')} % of {self.region.words}"
+        return self.part_text(PART_DIGITS)
+
+    def part_text(self, digits: int) -> str:
+        """Write which part of its region it fills, the percentage to so many digits."""
+        share = f"{number_text(100.0 * self.share, f'.{digits}g')} % of {self.region.words}"
         if self.cut is None:
             return share
         normal, distance = self.cut

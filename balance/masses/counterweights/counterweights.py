@@ -94,7 +94,7 @@ def counterweights(
             ``cylinder(x,y,z,ax,ay,az,r,length)``, ``ellipsoid(x,y,z,a,b,c)`` in metres,
             ``mesh(FILE.stl,1mm)``, a closed convex mesh in the link frame and its unit, or
             ``collision``, the convex hull of the link's collision elements. By default a ball
-            about the joint that carries the link, of half its length.
+            about the joint that carries the link, of half its length, or of a radius: ``80mm``.
         minimise: ``"mass"``: added mass, kg; ``"inertia"``: the largest principal moment of
             inertia of any of these links with its counterweight, about the origin of its
             frame, kg m²; ``"rotor"``: trace of the generalised inertia matrix at the reference

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from balance.masses.counterweights.region_text import read_region
+from balance.masses.counterweights.region_text import COLLISION, read_radius, read_region
 from balance.masses.counterweights.regions import (
     Region,
     ball_region,
@@ -24,7 +24,6 @@ from kinematics.model.linkage import GROUND, Linkage, Notice
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
-COLLISION = "collision"
 # Distance of a region from the joint of its link, in characteristic lengths of the linkage,
 # above which a notice asks whether it is given in metres.
 DISTANT = 20.0
@@ -85,13 +84,13 @@ def names_of_links(linkage: Linkage, links: Sequence[str]) -> Sequence[str]:
     return linkage.body_names if every else links
 
 
-def grown_ball(ball: Region, factor: float) -> Region:
-    """Make a ball about the same centre, with a radius of three digits times a factor."""
-    return ball_region(ball.centre, float(number_text(factor * ball.size, ".3g")))
+def radius_text(ball: Region, factor: float = 1.0) -> str:
+    """Write the radius of a ball about the joint of a link, times a factor: ``80mm``."""
+    return f"{number_text(1e3 * factor * ball.size, '.3g')}mm"
 
 
-def default_region(space: DesignSpace, body: int) -> Region:
-    """Return the ball about the joint that carries a link, of half the link's length.
+def default_region(space: DesignSpace, body: int, radius: float | None = None) -> Region:
+    """Return the ball about the joint that carries a link, by default of half its length.
 
     The length is the largest distance from that joint to another joint of the link, to a
     joint of a loop on it, or to its centre of mass in the file. A link shorter than a
@@ -99,6 +98,7 @@ def default_region(space: DesignSpace, body: int) -> Region:
 
     Args:
         body: position of the body.
+        radius: that of the ball, metres.
     """
     link = space.linkage.bodies[body]
     points = joint_points(space, link)
@@ -111,7 +111,7 @@ def default_region(space: DesignSpace, body: int) -> Region:
     R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
     centre = R.T @ (points[0] - origin)
     centre[np.abs(centre) <= COORDINATE_ROUND_OFF * (length + np.abs(origin).max())] = 0.0
-    return ball_region(centre, DEFAULT_RADIUS * length)
+    return ball_region(centre, DEFAULT_RADIUS * length if radius is None else radius)
 
 
 def wide_region(space: DesignSpace, body: int) -> Region:
@@ -180,7 +180,8 @@ def _region_of(space: DesignSpace, body: int, given: Region | str | None) -> Reg
     try:
         if given.strip() == COLLISION:
             return hull_region(_collision_points(space, name), COLLISION)
-        return read_region(given)
+        radius = read_radius(given)
+        return read_region(given) if radius is None else default_region(space, body, radius)
     except UsageError as error:
         raise UsageError(f"link '{name}': {error}") from None
 

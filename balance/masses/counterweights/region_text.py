@@ -1,4 +1,4 @@
-"""Texts of regions, such as ``ball(0,0,0.1,0.2)``, and what they mean."""
+"""Texts of regions, such as ``ball(0,0,0.1,0.2)`` or ``80mm``, and what they mean."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from balance.support.units import read_quantity
 from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array
 
+COLLISION = "collision"
 USAGE = {
     "ball": "ball(x,y,z,r)",
     "box": "box(x0:x1,y0:y1,z0:z1) or with ,roll,pitch,yaw",
@@ -34,7 +35,9 @@ _QUANTITIES: dict[str, tuple[tuple[str, ...], ...]] = {
 
 
 def read_region(text: str) -> Region:
-    """Read a region from its text, such as ``ball(0,0,0.1,0.2)``; not ``collision``.
+    """Read a region from its text, such as ``ball(0,0,0.1,0.2)``; not of the kind below.
+
+    See `depends_on_link`.
 
     Raises:
         FileError: the file of a mesh is none of a closed convex one.
@@ -58,8 +61,31 @@ def read_region(text: str) -> Region:
         if kind == "ellipsoid" and numbers.size in (6, 9):
             return ellipsoid_region(numbers[:3], numbers[3:6], _angles(numbers))
     usage = USAGE.get(kind)
-    wanted = usage or ", ".join([*USAGE.values(), "collision"])
-    raise UsageError(f"region '{text}' has no known form: write {wanted}")
+    forms = ["80mm (about its joint)", *USAGE.values(), COLLISION]
+    raise UsageError(f"region '{text}' has no known form: write {usage or ', '.join(forms)}")
+
+
+def depends_on_link(text: str) -> bool:
+    """Whether the text of a region has a meaning for a link alone: see `read_radius`."""
+    return text.strip() == COLLISION or read_radius(text) is not None
+
+
+def read_radius(text: str) -> float | None:
+    """Read the radius, metres, of a ball about the joint that carries a link: ``80mm``.
+
+    Returns:
+        The radius; None for a text of another form.
+
+    Raises:
+        UsageError: the radius is not above 0.
+    """
+    try:
+        radius = read_quantity(text.strip(), *_LENGTH)
+    except UsageError:
+        return None
+    if not 0.0 < radius < np.inf:
+        raise UsageError(f"region '{text}' has no size: a radius is a length above 0")
+    return radius
 
 
 def is_mesh(text: str) -> bool:

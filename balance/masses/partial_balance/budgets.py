@@ -99,8 +99,8 @@ def partial(
         links: names of the links that may get matter, or a text, ``"crank,rocker"``.
         budget: most mass to add, kg, from 0 up, or a text, ``"500g"``.
         regions: where matter may be added, by link: a region, or a text such as
-            ``"ball(0,0,0,0.1)"``; by default a ball about the proximal joint of half the
-            link's length.
+            ``"ball(0,0,0,0.1)"`` or ``"80mm"``, the radius of a ball about the joint that
+            carries the link; by default this ball with half the link's length.
         motion: restriction of the inputs of a linkage; a space has its own.
         balance: ``"dynamic"``, as by default of a linkage; ``"force"``: moments do not count.
         motions: one or several, as for `balance.verify`; by default its random ones.

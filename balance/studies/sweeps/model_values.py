@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from balance.masses.counterweights.link_regions import default_region, names_of_links
-from balance.masses.counterweights.regions import Region
+from balance.masses.counterweights.link_regions import (
+    default_region,
+    names_of_links,
+    radius_text,
+)
 from balance.space.spaces.compute_space import design_space
 from balance.studies.sweeps.plan import Plan
 from balance.studies.sweeps.row_quantities import AFTER
@@ -49,15 +52,9 @@ def following_regions(plan: Plan) -> list[FollowingRegion]:
         space = design_space(plan.linkage, None, max_order=0)
         regions += [
             FollowingRegion(
-                quantity, name, _ball_text(default_region(space, space.bodies.index(name)))
+                quantity, name, radius_text(default_region(space, space.bodies.index(name)))
             )
             for name in names_of_links(plan.linkage, options["links"])
             if name in moved and name not in options.get("regions", {})
         ]
     return regions
-
-
-def _ball_text(ball: Region) -> str:
-    """Write a ball with rounded lengths."""
-    lengths = (float(value) for value in (*ball.centre, ball.size))
-    return f"ball({','.join(f'{1e3 * value:.4g}mm' if value else '0' for value in lengths)})"

@@ -14,7 +14,11 @@ from balance.app.answers.answer import AnswerBody, AnswerPart, AnswerTable, Fact
 from balance.app.answers.text.design import REDUCE, other_ways
 from balance.app.answers.text.linkage import linkage_facts
 from balance.app.answers.text.verification import about_text
-from balance.masses.counterweights.counterweight import DENSITIES, Counterweight
+from balance.masses.counterweights.counterweight import (
+    DENSITIES,
+    PART_DIGITS,
+    Counterweight,
+)
 from balance.masses.counterweights.counterweights_result import Counterweights
 from balance.masses.designs.density import STEEL
 from balance.motion.verification.comparison import peak_change, round_off_of
@@ -239,15 +243,24 @@ def _sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     return pairs
 
 
-def part_lines(weights: Sequence[Counterweight], how: str = "") -> list[str]:
+def part_lines(
+    weights: Sequence[Counterweight], how: str = "", gap: float = MASS_GAP
+) -> list[str]:
     """Say which part of its region each filled counterweight is.
 
     Args:
         weights: counterweights; those that fill no part are left out.
         how: a word before the part.
+        gap: part of the sum of all masses to which each is known.
     """
     filled = [weight for weight in weights if weight.form is not None]
-    return [f"{weight.link} fills {how}{weight.what}" for weight in filled]
+    known = gap * sum(weight.mass for weight in weights)
+    lines = []
+    for weight in filled:
+        digits = 1 + int(np.floor(np.log10(max(weight.mass / known, 1.0))))
+        part = weight.part_text(min(PART_DIGITS, digits))
+        lines.append(f"{weight.link} fills {how}{part}")
+    return lines
 
 
 class TableUnits(NamedTuple):

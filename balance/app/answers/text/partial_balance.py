@@ -21,7 +21,7 @@ from balance.app.answers.text.counterweights import (
     shape_facts,
 )
 from balance.app.answers.text.linkage import amplitude_text, linkage_facts
-from balance.masses.counterweights.link_regions import default_region, grown_ball
+from balance.masses.counterweights.link_regions import default_region, radius_text
 from balance.masses.counterweights.shaped.across_plane import at_rim
 from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
@@ -30,6 +30,7 @@ from balance.motion.verification.crank_revolution import TURN, Crank
 from balance.motion.verification.trajectory import singularity_remark
 from balance.support.change_text import grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
+from kinematics.model.linkage import GROUND
 from kinematics.wording import number_text, size_text, unit_text, vector_text
 
 # Part of a budget from which it is used, and part of the shaking that is not worth a word.
@@ -87,13 +88,8 @@ def _minimised_text(front: ParetoFront) -> str:
 def _motion_fact(front: ParetoFront) -> tuple[str, str]:
     """Say along which motions: the turn of a crank, or how long and how far inputs move."""
     linkage, motions = front.designs[0].space.linkage, front.designs[0].motions
-    if len(motions) == 1:
-        u, ud = motions[0].u, motions[0].ud
-        for k, name in enumerate(linkage.inputs):
-            rate, turn = float(ud[0, k]), abs(float(u[-1, k] - u[0, k])) / TURN
-            steady = np.abs(ud[:, k] - rate).max() <= STEADY * abs(rate)
-            if rate and steady and name not in linkage.sliding and abs(turn - 1.0) <= STEADY:
-                return "motion", Crank(name, rate, periodic=True).words
+    if crank := _steady_crank(front.designs[0]):
+        return "motion", crank.words
     size = np.max([np.abs(motion.u).max(axis=0) for motion in motions], axis=0)
     sizes = dict(zip(linkage.inputs, size.tolist(), strict=True))
     duration = f"{number_text(max(motion.duration for motion in motions))} s"
@@ -101,6 +97,20 @@ def _motion_fact(front: ParetoFront) -> tuple[str, str]:
     if len(motions) == 1:
         return "motion", f"of {duration}, {amplitude}"
     return "motions", f"{len(motions)} of {duration} each, {amplitude}"
+
+
+def _steady_crank(design: PartialBalance) -> Crank | None:
+    """Find the input that turns once at one speed; None if there is another motion."""
+    linkage, motions = design.space.linkage, design.motions
+    if len(motions) > 1:
+        return None
+    u, ud = motions[0].u, motions[0].ud
+    for k, name in enumerate(linkage.inputs):
+        rate, turn = float(ud[0, k]), abs(float(u[-1, k] - u[0, k])) / TURN
+        steady = np.abs(ud[:, k] - rate).max() <= STEADY * abs(rate)
+        if rate and steady and name not in linkage.sliding and abs(turn - 1.0) <= STEADY:
+            return Crank(name, rate, periodic=True)
+    return None
 
 
 def _shaking_facts(
@@ -155,8 +165,7 @@ def _more_room(best: PartialBalance) -> str:
     options = []
     for link, region in best.regions.items():
         if _is_default(best, link):
-            ball = grown_ball(region, 2.0)
-            options.append(f"--region {shlex.quote(f'{link}={ball.text}')}")
+            options.append(f"--region {shlex.quote(f'{link}={radius_text(region, 2.0)}')}")
     if 0 < len(options) <= MOST_OPTIONS:
         return f"twice the radius: {' '.join(options)}"
     return "--region L=SHAPE gives room"
@@ -230,8 +239,24 @@ def _growth_text(front: ParetoFront, part: str) -> str:
             f"against the {other}"
         )
     if part == "moment" and front.frame is None:
-        ways.append("--about X,Y,Z takes it about another point")
+        ways.append(_other_point_text(best))
     return f": it grows; {'; '.join(ways)}"
+
+
+def _other_point_text(best: PartialBalance) -> str:
+    """Say about which point to take the moment.
+
+    A rigid body that turns about a fixed axis at one speed pulls at the axis alone: about it,
+    weights on a planar crank have no moment.
+    """
+    linkage, crank = best.space.linkage, _steady_crank(best)
+    links = {weight.link for weight in best.weights}
+    for body in linkage.bodies if linkage.planar and crank else ():
+        shaft = linkage.joints[body.link]
+        if links == {body.name} and (shaft.parent, shaft.name) == (GROUND, crank.joint):
+            about = ",".join(number_text(x, ".9g") for x in shaft.point.tolist())
+            return f"about the axis of {shaft.name} it stays as it is: --about {about}"
+    return "--about X,Y,Z takes it about another point"
 
 
 def _rounding_text(best: PartialBalance) -> str:
@@ -324,6 +349,6 @@ def front_body(front: ParetoFront) -> AnswerBody:
     best = front.designs[-1]
     if best.weights:
         rows = counterweight_rows(best.weights, best.regions, SI, DIGITS, "none", FLAT_GAP)
-        lines = part_lines(best.weights, part_word(best))
+        lines = part_lines(best.weights, part_word(best), FLAT_GAP)
         body += ["", AnswerTable(rows), *lines, *([FRAMES] if lines else [])]
     return body

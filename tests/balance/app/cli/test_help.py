@@ -42,7 +42,7 @@ def test_help_fits_on_a_page(verb, monkeypatch):
 @pytest.mark.parametrize("verb", ["counterweights", "reduce"])
 def test_help_says_where_matter_may_be_without_a_region(verb, monkeypatch):
     (line,) = (x for x in help_of(verb, monkeypatch).splitlines() if "--region L=" in x)
-    assert line.endswith("(half L's length about joint)")
+    assert line.endswith("(half L's length)")
 
 
 def test_help_of_paths_fits_on_a_page(monkeypatch):

@@ -113,7 +113,7 @@ def test_the_relaxed_request_is_written_where_options_can():
     assert relaxed([*words, "--out", "w.urdf", "--merge"], more) == "m --links a,b,c"
     assert relaxed(words, more, density=[("a", 8e3)]) == "" == relaxed(words)
     grown = (("a",), 2.0, 0.8)
-    assert relaxed(words, grown, more) == "m --links a --region 'a=ball(0,0,0,0.202)'"
+    assert relaxed(words, grown, more) == "m --links a --region a=202mm"
     assert relaxed(words, grown, more, chosen=()) == "m --links a,b,c"
     assert relaxed(words, (("a",), 2.0, 9.0), more) == "m --links a,b,c"
     assert relaxed(words, ((), 2.0, 1.0), limits={"a": 200.0}) == "m --links a --density 404"
@@ -176,6 +176,26 @@ def test_a_moment_that_grows_has_a_note_beside_it():
     assert "it grows" in note and "--weight-moment less than" in note and "--about" in note
     forces = row_of(asked([*words, "--balance", "force"]).out, "moment")
     assert "--balance dynamic" in forces
+
+
+def test_a_weight_on_a_crank_has_no_moment_about_its_shaft(tmp_path):
+    """At one speed; along other motions it has one."""
+    path = str(tmp_path / "engine.urdf")
+    points = "O=10mm,0; A=O+50mm@60deg; C=A:180mm,O@0deg"
+    sketch = ["--points", points, "--links", "crank=O,A; rod=A,C", "--sliders", "piston=C@0deg"]
+    asked(["new", path, *sketch, "--section", "30mmx20mm", "--mass", "piston=0.5kg"])
+    words = ["reduce", path, "--links", "crank", "--budget", "0.5", "--balance", "force"]
+    words += ["--region", "crank=100mm"]
+    turn = [*words, "--speed", "300rpm"]
+    note = row_of(asked(turn).out, "moment")
+    (about,) = re.findall(r"about the axis of \w+ it stays as it is: (--about \S+)$", note)
+    assert about == "--about 0.01,0,0"
+    before, after = re.findall(
+        r"([\d.]+) N m", row_of(asked([*turn, *about.split()]).out, "moment")
+    )
+    assert before == after
+    other = row_of(asked(words).out, "moment")
+    assert "it grows" in other and other.endswith("--about X,Y,Z takes it about another point")
 
 
 def test_a_load_grows_by_more_than_round_off():

@@ -86,6 +86,21 @@ def test_the_default_region_is_half_the_link_about_its_joint(rod_arm):
     ]
 
 
+def test_a_radius_is_a_ball_about_the_joint_that_carries_the_link(rod_arm):
+    """Each lump is on the sphere about its joint: there it has most leverage."""
+    space = balance.design_space(rod_arm, balance="force")
+    regions = {"l1": "80mm", "l2": "0.3"}
+    answer = point_counterweights(space, list(regions), regions, relax=False)
+    for weight, radius in zip(answer.weights, (0.08, 0.3), strict=True):
+        joint = next(x for x in space.linkage.bodies if x.name == weight.link).link
+        away = weight.lumps[0].position + space.frames[joint, :3, 3]
+        away = away - space.linkage.joints[joint].point
+        assert abs(np.linalg.norm(away) - radius) < 1e-8
+    for text in ("0mm", "-80mm"):
+        with pytest.raises(UsageError, match="link 'l1': .* a radius is a length above 0"):
+            point_counterweights(space, ["l1"], {"l1": text})
+
+
 @pytest.mark.slow
 @pytest.mark.table(2)
 @pytest.mark.parametrize("seed", range(4))

@@ -225,11 +225,7 @@ def test_a_larger_region_leaves_less_where_a_shape_is_at_its_rim(
     place = f"{region} of a;" if region else "ball(0,0,0,0.025) of a (the default);"
     assert room.split(maxsplit=1)[1].startswith(place)
     assert "a at the rim of the region: a larger one leaves less" in room
-    more = (
-        "--region L=SHAPE gives room"
-        if region
-        else "twice the radius: --region 'a=ball(0,0,0,0.05)'"
-    )
+    more = "--region L=SHAPE gives room" if region else "twice the radius: --region a=50mm"
     assert room.count(more) == 1
     assert force_of(second) < force_of(first)
 

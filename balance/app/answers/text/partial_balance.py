@@ -251,11 +251,12 @@ def _other_point_text(best: PartialBalance) -> str:
     """
     linkage, crank = best.space.linkage, _steady_crank(best)
     links = {weight.link for weight in best.weights}
-    for body in linkage.bodies if linkage.planar and crank else ():
-        shaft = linkage.joints[body.link]
-        if links == {body.name} and (shaft.parent, shaft.name) == (GROUND, crank.joint):
-            about = ",".join(number_text(x, ".9g") for x in shaft.point.tolist())
-            return f"about the axis of {shaft.name} it stays as it is: --about {about}"
+    if crank is not None and linkage.planar:
+        for body in linkage.bodies:
+            shaft = linkage.joints[body.link]
+            if links == {body.name} and (shaft.parent, shaft.name) == (GROUND, crank.joint):
+                about = ",".join(number_text(x, ".9g") for x in shaft.point.tolist())
+                return f"about the axis of {shaft.name} it stays as it is: --about {about}"
     return "--about X,Y,Z takes it about another point"
 
 

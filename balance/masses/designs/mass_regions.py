@@ -23,7 +23,7 @@ import numpy as np
 
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import BALL_DISTANCE_EQUAL, LINK_LENGTH_ZERO
-from kinematics.model.linkage import Body
+from kinematics.model.linkage import Body, Joint, Linkage
 from kinematics.numerics.array_types import Array
 
 # Radius of the ball of a link, in lengths of the link.
@@ -127,11 +127,16 @@ def joint_points(space: DesignSpace, body: Body) -> list[Array]:
     Returns:
         Points at the reference pose, metres, inertial frame; joints of loops included.
     """
-    joints, link = space.linkage.joints, body.link
-    ends = {loop.end for loop in space.linkage.loops if loop.successor == link}
+    return [joint.point for joint in joints_on(space.linkage, body)]
+
+
+def joints_on(linkage: Linkage, body: Body) -> list[Joint]:
+    """List the joints of a body, that which carries it first, those of loops included."""
+    joints, link = linkage.joints, body.link
+    ends = {loop.end for loop in linkage.loops if loop.successor == link}
     others = [
-        joint.point
+        joint
         for j, joint in enumerate(joints)
         if joint.parent == link or (j in ends and joint.in_loop)
     ]
-    return [joints[link].point, *others]
+    return [joints[link], *others]

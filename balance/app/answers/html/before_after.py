@@ -23,6 +23,7 @@ from balance.app.answers.html.verification import (
     pick_samples,
     polar_layout,
 )
+from balance.app.answers.text.verification import about_text
 from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.motion.verification.harmonics import harmonic_peaks
 from balance.motion.verification.verification import UNITS, Verification
@@ -77,6 +78,7 @@ def comparison_section(pair: Sequence[Verification], names: Sequence[str]) -> st
             "before": escape(names[0]),
             "after": escape(names[1]),
             "peaks": rows_table(_peak_rows(pair, names)),
+            "about": about_text(pair[0]),
         },
     )
 

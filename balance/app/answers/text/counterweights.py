@@ -20,9 +20,11 @@ from balance.masses.counterweights.counterweight import (
     Counterweight,
 )
 from balance.masses.counterweights.counterweights_result import Counterweights
+from balance.masses.counterweights.shaped.across_plane import ShapePlace, place_of
 from balance.masses.designs.density import STEEL
 from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.motion.verification.trajectory import singularity_remark
+from balance.space.spaces.design_space import DesignSpace
 from balance.support.change_text import grows
 from balance.support.mass_table import ENTRIES
 from balance.support.tolerances import FILLING_GAP, MASS_GAP, MASSES_EQUAL
@@ -99,7 +101,8 @@ def counterweights_facts(
             added += " (balance reduce --pareto 10 weighs mass against shaking)"
         pairs += moved_facts(counterweights.moved)
         pairs += [("added", added), *_shape_facts(counterweights)]
-        pairs += shape_facts(counterweights.weights)
+        if counterweights.shape is not None:
+            pairs += shape_facts(counterweights.space, counterweights.weights)
         pairs += density_facts(counterweights.weights)
         pairs.append(("residual", size_text(counterweights.residual or 0.0)))
     if counterweights.check:
@@ -192,14 +195,15 @@ def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     return [("density", text)]
 
 
-def shape_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
-    """Say which shapes an arm must hold, and which sectors are too narrow to cut."""
+def shape_facts(space: DesignSpace, weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
+    """Say where shapes are, which an arm must hold, and which sectors are too narrow to cut."""
     apart = {
         weight.link: weight.arm
         for weight in weights
         if weight.arm is not None and weight.arm > ARM_ZERO * weight.region.size
     }
-    pairs = []
+    places = [_place_text(place_of(space, weight), weight.link) for weight in weights]
+    pairs = [("place", f"centre of mass {'; '.join(places)}")] if places else []
     if apart:
         parts = [f"{number_text(1e3 * arm)} mm on '{link}'" for link, arm in apart.items()]
         text = (
@@ -209,6 +213,16 @@ def shape_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
         )
         pairs.append(("arm", text))
     return pairs + _sliver_facts(weights)
+
+
+def _place_text(place: ShapePlace, link: str) -> str:
+    """Write where the centre of mass of a shape is, from the joint that carries its link."""
+    # A direction of -180° is that of 180°: round-off decides which.
+    direction = round(place.direction, 1)
+    direction += 360.0 if direction <= -180.0 else 0.0
+    at = f"{number_text(1e3 * place.distance)} mm from {place.joint} on '{link}'"
+    angles = [f"{number_text(x, '.1f')}° from {name}" for name, x in place.away.items()]
+    return ", ".join([at, f"at {number_text(direction)}° of its frame", *angles])
 
 
 def _sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:

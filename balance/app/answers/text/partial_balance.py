@@ -59,7 +59,9 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
     if best.shaking is not None:
         pairs += _shaking_facts(front, best, best.shaking)
         pairs += moved_facts(best.moved)
-        pairs += [*_shape_facts(front, best), *shape_facts(best.weights)]
+        pairs += _shape_facts(front, best)
+        if best.shape is not None:
+            pairs += shape_facts(space, best.weights)
         several = len(front.designs) > 1
         room = _filled_facts(best) if several else _room_facts(best)
         if best.shape is not None:
@@ -169,6 +171,13 @@ def _more_room(best: PartialBalance) -> str:
     if 0 < len(options) <= MOST_OPTIONS:
         return f"twice the radius: {' '.join(options)}"
     return "--region L=SHAPE gives room"
+
+
+def _default_room_text(best: PartialBalance) -> str:
+    """Say in a sentence that regions by default leave no room for the budget; or nothing."""
+    if not _room_facts(best) or not any(_is_default(best, link) for link in best.regions):
+        return ""
+    return f"No more matter helps in the default regions; {_more_room(best)}."
 
 
 def _is_default(best: PartialBalance, link: str) -> bool:
@@ -344,10 +353,12 @@ def part_word(design: PartialBalance) -> str:
 
 def front_body(front: ParetoFront) -> AnswerBody:
     """Build what is printed on designs, of which the last one is described in full."""
-    body: list[AnswerPart] = [front.designs[-1].sentence, "", Facts(front_facts(front))]
+    best = front.designs[-1]
+    room = _default_room_text(best) if len(front.designs) == 1 else ""
+    lead = [best.sentence, *[room] * bool(room)]
+    body: list[AnswerPart] = [*lead, "", Facts(front_facts(front))]
     if len(front.designs) > 1:
         body += ["", AnswerTable(front_rows(front))]
-    best = front.designs[-1]
     if best.weights:
         rows = counterweight_rows(best.weights, best.regions, SI, DIGITS, "none", FLAT_GAP)
         lines = part_lines(best.weights, part_word(best), FLAT_GAP)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.weight_shape import WeightShape
-from balance.masses.designs.mass_regions import joint_points
+from balance.masses.designs.mass_regions import joint_points, joints_on
 from balance.space.spaces.design_space import DesignSpace
 from balance.support.tolerances import PART_ROUND_OFF, SHAPE_INSIDE
 from kinematics.errors import UsageError
@@ -57,6 +59,38 @@ def arm_length(space: DesignSpace, body: int, shape: Region) -> float:
     else:
         beyond = np.linalg.norm(away, axis=1) - np.linalg.norm(shape.place[:3, 0])
     return max(0.0, float(beyond.min()))
+
+
+class ShapePlace(NamedTuple):
+    """Where the centre of mass of a shape is on its link, in the plane of the linkage.
+
+    Attributes:
+        joint: name of the joint that carries the link.
+        distance: from that joint, m.
+        direction: from that joint, degrees from the first of `axes_and_height`.
+        away: angle at that joint between it and another joint of the link, degrees from 0 to
+            180, by name.
+    """
+
+    joint: str
+    distance: float
+    direction: float
+    away: dict[str, float]
+
+
+def place_of(space: DesignSpace, weight: Counterweight) -> ShapePlace:
+    """Find where a shape is, as one lays it out on its link."""
+    body = space.bodies.index(weight.link)
+    axes, _ = axes_and_height(space, body)
+    R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
+    carrying, *others = joints_on(space.linkage, space.linkage.bodies[body])
+    lever = axes[:2] @ (weight.com - R.T @ (carrying.point - origin))
+    here, along = complex(*lever), {}
+    for joint in others:
+        there = complex(*(axes[:2] @ (R.T @ (joint.point - carrying.point))))
+        if joint.name not in along and abs(there) > PART_ROUND_OFF * space.length:
+            along[joint.name] = abs(np.degrees(np.angle(here * there.conjugate())))
+    return ShapePlace(carrying.name, abs(here), float(np.degrees(np.angle(here))), along)
 
 
 def axes_and_height(space: DesignSpace, body: int) -> tuple[Array, float]:

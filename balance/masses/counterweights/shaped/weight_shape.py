@@ -176,7 +176,7 @@ def wanted_shapes(
         )
     if not space.planar or space.balance != "force":
         raise UsageError(
-            "shapes are found for forces in the plane: ask for force balance (--balance force, "
-            "without --spatial), or leave out the shape"
+            "shapes are found for forces in the plane: ask for force balance (--balance force"
+            f"{'' if space.planar else ', without --spatial'}), or leave out the shape"
         )
     return choices

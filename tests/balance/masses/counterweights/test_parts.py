@@ -17,6 +17,7 @@ from balance.masses.counterweights.parts.part_files import (
     parts_of,
 )
 from balance.masses.counterweights.region_text import read_region
+from balance.masses.counterweights.shaped.across_plane import place_of
 from balance.masses.counterweights.volume.cut_regions import Stock, fill
 
 trimesh = pytest.importorskip("trimesh")
@@ -234,6 +235,14 @@ def test_the_table_has_the_dimensions_to_make_a_shape(shape):
             np.testing.assert_allclose(axis, centre, atol=1e-5 * radius)
             nearest = np.linalg.norm(np.array(joints[link]) - axis, axis=1).min()
             assert row["arm_mm"] == pytest.approx(nearest - radius, abs=1e-3)
+        weight = next(x for x in answer.weights if x.link == link)
+        place, other = place_of(answer.space, weight), np.array(joints[link][1])
+        assert 1e3 * place.distance == pytest.approx(np.hypot(*centre), rel=1e-6)
+        along = [np.cos(np.radians(place.direction)), np.sin(np.radians(place.direction))]
+        np.testing.assert_allclose(along, centre / np.hypot(*centre), atol=1e-6)
+        (away,) = place.away.values()
+        cosine = centre @ other / np.hypot(*centre) / np.hypot(*other)
+        assert np.cos(np.radians(away)) == pytest.approx(cosine, abs=1e-6)
         drawn = f"{link}.dxf: x is (1, 0, 0) and y is (0, 1, 0) of {link}"
         assert drawn in files["README.txt"].decode()
 

@@ -227,6 +227,8 @@ def test_a_larger_region_leaves_less_where_a_shape_is_at_its_rim(
     assert "a at the rim of the region: a larger one leaves less" in room
     more = "--region L=SHAPE gives room" if region else "twice the radius: --region a=50mm"
     assert room.count(more) == 1
+    lead = "No more matter helps in the default regions; twice the radius: --region a=50mm."
+    assert (first.splitlines()[1] == lead) == (not region and "0.05 kg: more" in room)
     assert force_of(second) < force_of(first)
 
 
@@ -234,11 +236,14 @@ def test_the_page_has_the_size_that_is_printed(one_arm, tmp_path, capsys):
     page = tmp_path / "page.html"
     words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.3", "--speed", "30rad/s"]
     words += ["--region", f"a={BALL}"]
-    assert main([*words, "--balance=force", "--shape=disc=20mm", "--html", str(page)]) == 0
+    words += ["--balance=force", "--shape=disc=20mm", "--about=0,0,0", "--html", str(page)]
+    assert main(words) == 0
     printed = re.search(r"^a fills (.* disc .*)$", capsys.readouterr().out, re.MULTILINE)
     radius, thickness = (1e3 * float(size) for size in re.findall(r"([\d.]+) m\b", printed[1]))
     size = f"disc of radius {radius:g} mm, {thickness:g} mm thick"
-    assert f">all of a {size}</td>" in page.read_text("utf-8")
+    text = page.read_text("utf-8")
+    assert f">all of a {size}</td>" in text
+    assert "the moment about\n(0, 0, 0) m;" in text and "middle of the mechanism" not in text
     radius = float(re.search(r"radius (\S+) m", printed[1])[1])
     assert STEEL * np.pi * radius**2 * 0.02 == pytest.approx(0.3, rel=1e-3)
 

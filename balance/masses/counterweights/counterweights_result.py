@@ -75,7 +75,7 @@ class Relaxation:
     @property
     def words(self) -> str:
         """The change in words."""
-        mass = f"would do ({number_text(self.mass)} kg in all)"
+        mass = f"would do ({number_text(self.mass, '.3g')} kg in all)"
         which = quoted_names(self.links)
         if self.for_shape:
             larger = [f"{text} on '{name}'" for name, text in self.regions.items()]

@@ -236,14 +236,14 @@ def test_the_page_has_the_size_that_is_printed(one_arm, tmp_path, capsys):
     page = tmp_path / "page.html"
     words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.3", "--speed", "30rad/s"]
     words += ["--region", f"a={BALL}"]
-    words += ["--balance=force", "--shape=disc=20mm", "--about=0,0,0", "--html", str(page)]
+    words += ["--balance=force", "--shape=disc=20mm", "--about=0.1,0,0", "--html", str(page)]
     assert main(words) == 0
     printed = re.search(r"^a fills (.* disc .*)$", capsys.readouterr().out, re.MULTILINE)
     radius, thickness = (1e3 * float(size) for size in re.findall(r"([\d.]+) m\b", printed[1]))
     size = f"disc of radius {radius:g} mm, {thickness:g} mm thick"
     text = page.read_text("utf-8")
     assert f">all of a {size}</td>" in text
-    assert "the moment about\n(0, 0, 0) m;" in text and "middle of the mechanism" not in text
+    assert "the moment about\n(0.1, 0, 0) m;" in text and "middle of the mechanism" not in text
     radius = float(re.search(r"radius (\S+) m", printed[1])[1])
     assert STEEL * np.pi * radius**2 * 0.02 == pytest.approx(0.3, rel=1e-3)
 

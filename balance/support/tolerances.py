@@ -353,9 +353,11 @@ PART_ROUND_OFF = 1e-9
 # Largest relative difference of the moments of a part's mesh from those that were computed, of
 # which nothing is said: integrals over rays have errors of 1e-5.
 PART_MOMENTS = 1e-4
-# How far a shape may reach out of its region, over the region: errors of the solver. And the
-# mass of one over that of all up to which there is none.
+# How far a shape may reach out of its region, over the region: errors of the solver. Distance
+# of a shape from a joint, over the shape, up to which it reaches the joint. And the mass of one
+# over that of all up to which there is none.
 SHAPE_INSIDE = 1e-6
+ARM_ZERO = 1e-6
 SHAPE_MASS_ZERO = 1e-7
 # Least mass that a certificate of infeasibility excludes, over the given mass.
 MASS_EXCLUDED = 1e6

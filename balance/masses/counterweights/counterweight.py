@@ -14,7 +14,7 @@ from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.mass_table import MassTable, mass_table
 from balance.support.materials import MATERIALS
-from balance.support.tolerances import CUT_BY_PLANE, MASSES_EQUAL, PLACED_AS_TAKEN
+from balance.support.tolerances import ARM_ZERO, CUT_BY_PLANE, MASSES_EQUAL, PLACED_AS_TAKEN
 from balance.support.vector_digits import vector_digits
 from kinematics.model.arrays import freeze
 from kinematics.model.spatial.inertia import from_pseudo_inertia
@@ -69,9 +69,11 @@ class Counterweight:
             is positive in the region, at x in the link frame, metres; its largest entry is 1.
             None for point masses.
         density: that of the matter, kg/m³; None for point masses.
-        arm: distance of a disc, block, cylinder or sector from the nearest joint of its link,
-            in the plane of the linkage, m; None for matter of any shape. What bridges it is
-            not counted.
+        arm: distance of a disc, block, cylinder or sector, with its web, from the nearest joint
+            of its link, in the plane of the linkage, m; None for matter of any shape. What
+            bridges it is not counted.
+        web: bar that joins a disc, block or cylinder to that joint; None without any. Mass,
+            centre and inertia are those of the shape and of the web outside it.
     """
 
     link: str
@@ -83,6 +85,7 @@ class Counterweight:
     form: Array | None = field(default=None, repr=False)
     density: float | None = None
     arm: float | None = None
+    web: Region | None = None
 
     @property
     def cut(self) -> tuple[Array, float] | None:
@@ -106,6 +109,8 @@ class Counterweight:
     def part_text(self, digits: int) -> str:
         """Write which part of its region it fills, the percentage to so many digits."""
         share = f"{number_text(100.0 * self.share, f'.{digits}g')} % of {self.region.words}"
+        if self.web is not None:
+            return f"{share}, and {self.web.text}"
         if self.cut is None:
             return share
         normal, distance = self.cut
@@ -120,7 +125,14 @@ class Counterweight:
     @property
     def share(self) -> float:
         """Part of the region that is filled; 0 for point masses."""
+        if self.web is not None:
+            return 1.0
         return 0.0 if self.density is None else self.mean_density / self.density
+
+    @property
+    def floats(self) -> bool:
+        """Whether it is a shape that nothing joins to its link."""
+        return self.arm is not None and self.arm > ARM_ZERO * self.region.size
 
     @property
     def too_narrow(self) -> bool:
@@ -157,6 +169,13 @@ class Counterweight:
             "form": None if self.form is None else self.form.tolist(),
             "density": self.density,
             "arm": self.arm,
+            "web": None
+            if self.web is None
+            else {
+                "joint": self.web.to_link([-1.0, 0.0, 0.0]).tolist(),
+                "length": 2.0 * float(np.linalg.norm(self.web.place[:3, 0])),
+                "width": 2.0 * float(np.linalg.norm(self.web.place[:3, 1])),
+            },
         }
 
 
@@ -194,7 +213,12 @@ def _heaviest_first(lumps: Lumps) -> list[int]:
 
 
 def filled_counterweight(
-    link: str, stock: Stock, form: Array, moments: Array, arm: float | None = None
+    link: str,
+    stock: Stock,
+    form: Array,
+    moments: Array,
+    arm: float | None = None,
+    web: Region | None = None,
 ) -> Counterweight:
     """Make the counterweight of a link that fills a part of its region.
 
@@ -204,6 +228,7 @@ def filled_counterweight(
         form: matrix (4, 4) in unit coordinates; matter is where it is positive.
         moments: its pseudo-inertia (4, 4), kg, in unit coordinates.
         arm: distance of a shape from the nearest joint of the link, m.
+        web: bar that joins a shape to that joint, whose moments are among these.
     """
     place = stock.region.place
     mass, com, inertia = mass_properties(from_pseudo_inertia(place @ moments @ place.T))
@@ -219,6 +244,7 @@ def filled_counterweight(
         freeze(Q / np.abs(Q).max()),
         stock.density,
         arm,
+        web,
     )
 
 

@@ -141,7 +141,8 @@ class Counterweights(WithPage, WithPicture):
         proof: functional (parameters,) that proves the gap of matter of limited density; see
             `balance.masses.counterweights.volume.filling_check`. None otherwise.
         shape: shape of the counterweights, such as ``disc=0.02``; None if they have any. The
-            value then is the least mass of such shapes, and its gap that to their dual.
+            value then is the least mass of such shapes, beside the webs of these, and its gap
+            that to their dual.
         least_mass: the least mass of any shape in the regions, kg; None without a shape.
         along: loads along motions, before and after; None if they were not computed.
         movable: largest share of the given mass of links that may be moved, by name.

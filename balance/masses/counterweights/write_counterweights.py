@@ -207,7 +207,7 @@ def _shapes(weight: Counterweight, mesh: str | None, mass: float) -> tuple[Eleme
 
 def _primitive(weight: Counterweight) -> tuple[Array, Element] | None:
     """Make the sphere, box or cylinder that a counterweight is, and its pose (4, 4)."""
-    if weight.form is None or weight.form[:, :3].any():
+    if weight.form is None or weight.form[:, :3].any() or weight.web is not None:
         return None
     region = weight.region
     sizes = np.linalg.norm(region.place[:3, :3], axis=0)

@@ -10,7 +10,7 @@ from math import inf
 import numpy as np
 from numpy.typing import ArrayLike
 
-from balance.masses.counterweights.counterweight import moved_text, net_mass
+from balance.masses.counterweights.counterweight import Counterweight, moved_text, net_mass
 from balance.masses.counterweights.moved_matter import moved_masses
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.weight_shape import shape_text, shapes_in_words
@@ -381,7 +381,7 @@ def _result(
         text = "optimal: the masses in the file are balanced, and nothing is added"
         verdict: PartialVerdict = "optimal"
     elif gap <= (FILLING_GAP_PROVED if problem.program.stocks else SHAKING_GAP_PROVED):
-        text = f"optimal: {mass_text} leave {what}, and {_others(problem)} better"
+        text = f"optimal: {mass_text} leave {what}, and {_others(problem, weights)} better"
         verdict = "optimal"
     else:
         text = f"undecided: {mass_text} leave {what}; {gap:.1e} of it may be saved"
@@ -401,11 +401,12 @@ def _result(
     )
 
 
-def _others(problem: ShakingProblem) -> str:
+def _others(problem: ShakingProblem, weights: Sequence[Counterweight]) -> str:
     """Say what else was compared, with its verb."""
     if not problem.shapes:
         return "nothing in the regions does"
-    return f"no {shapes_in_words(problem.shapes)} in the regions do"
+    beside = " beside these webs" * any(weight.web is not None for weight in weights)
+    return f"no {shapes_in_words(problem.shapes)} in the regions{beside} do"
 
 
 def _conflict(

@@ -66,6 +66,7 @@ class PartialBalance(WithPage, WithPicture):
         regions: where matter may be added, by name of the link.
         shaking: what the linkage with the added matter does; None without a design.
         bound: no matter within the budget has a smaller objective; proved without the solver.
+            With a shape, no such shapes have, beside the webs of these.
         weights: the counterweight of each link that gets matter.
         z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
         moved: mass taken from links whose matter may be moved, kg, by name; at least as much is

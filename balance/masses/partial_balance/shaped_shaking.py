@@ -11,25 +11,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from balance.masses.counterweights.counterweight import Counterweight, filled_counterweight
+from balance.masses.counterweights.counterweight import Counterweight
 from balance.masses.counterweights.regions import Region
-from balance.masses.counterweights.shaped.across_plane import arm_length
 from balance.masses.counterweights.shaped.sectors import fan_of, sector_about
 from balance.masses.counterweights.shaped.shape_holder import (
     COUNT,
     MASS,
-    WHOLE,
     ShapeHolder,
     X,
     Y,
     held_choices,
     holding_rows,
 )
+from balance.masses.counterweights.shaped.webs import (
+    settle_webs,
+    shape_weight,
+    web_coordinates,
+)
 from balance.masses.counterweights.shaped.weight_shape import WeightShape
-from balance.masses.counterweights.volume.cut_regions import Stock, fill
+from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.masses.partial_balance.least_shaking import (
     LeastShaking,
     bounded_rows,
@@ -48,6 +52,10 @@ from balance.support.clarabel_adapter import (
 from balance.support.tolerances import PRICE_ZERO, SHAPE_MASS_ZERO
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
+
+# Least part of the budget that is left beside webs while they settle, and rounds in which
+# shapes with webs are fitted into it.
+LEAST_ROOM, FITTED = 1e-3, 20
 
 
 def least_shaped_shaking(
@@ -83,7 +91,13 @@ def least_shaped_shaking(
         answers = [
             _minimise_held(space, program, dict(chosen), budget, unit) for chosen in holders
         ]
-    best = answers[first_least([answer.value for answer in answers])]
+    joined = [
+        answer
+        for answer in answers
+        if answer.weights and not any(weight.floats for weight in answer.weights)
+    ]
+    built = joined or answers
+    best = built[first_least([answer.value for answer in built])]
     best = best._replace(any_shape=free.value)
     bound = max(free.bound, min(answer.bound for answer in answers))
     if best.value <= program.given:
@@ -101,35 +115,96 @@ def _minimise_held(
     budget: float,
     unit: float,
 ) -> LeastShaking:
-    """Minimise the shaking over discs, blocks or cylinders of given sizes."""
-    each = list(holders.values())
-    T = _coordinates(program, each, unit)
-    x, bound, price = _solve(program, each, T, budget / unit, None)
-    if price <= PRICE_ZERO:
-        limit = loosened_limit(program.value(T @ x.reshape(-1)) / program.scale)
-        x = _solve(program, each, T, budget / unit, limit)[0]
-    total = float(x[:, MASS].sum())
-    share = min(1.0, budget / (unit * total)) if total > 0.0 else 1.0
-    weights = {}
-    for (b, holder), row in zip(holders.items(), x, strict=True):
-        if row[MASS] > max(0.0, SHAPE_MASS_ZERO * total):
-            centre = space.length * row[X : Y + 1] / row[MASS]
-            stock = holder.fill(share * unit * float(row[MASS]), centre)
-            arm, matter = arm_length(space, b, stock.region), fill(stock, WHOLE)
-            weights[b] = filled_counterweight(space.bodies[b], stock, WHOLE, matter, arm)
-    if not all(holders[b].holds(weight.region) for b, weight in weights.items()):
-        weights = {}
-    return _judge_weights(program, weights, program.scale * bound)
+    """Minimise the shaking over discs, blocks or cylinders of given sizes, with their webs.
+
+    Where webs do not settle, they are not counted.
+    """
+    task = _HeldTask(space, program, holders, budget, unit)
+    none = np.zeros((len(holders), 3))
+    x, bound = task.minimise(none)
+    plain = task.judge(x, bound, webbed=False)
+    if not any(weight.floats for weight in plain.weights) or not task.webs(x).any():
+        return plain
+    settled = settle_webs(task.webs, task.minimise, x)
+    if settled is None:
+        return plain
+    answer = task.judge(*settled, webbed=True)
+    return answer if answer.weights else plain
 
 
-def _coordinates(program: ShakingProgram, holders: Sequence[ShapeHolder], unit: float) -> Array:
-    """Compute coordinates s as a function of the variables (count, links · 7)."""
-    T = np.zeros((len(holders), 10, len(holders), COUNT))
-    regions = program.matter.regions.values()
-    for k, (holder, region) in enumerate(zip(holders, regions, strict=True)):
-        for i, P in enumerate(holder.moment_matrices()):
-            T[k, :, k, i] = unit * _in_region(region, P)
-    return T.reshape(program.matter.count, -1)
+class _HeldTask(NamedTuple):
+    """The search for discs, blocks or cylinders of given sizes within a budget.
+
+    Attributes:
+        space: a design space of the linkage.
+        program: the loads.
+        holders: what holds the shapes, by position of the body.
+        budget: most mass to add, kg.
+        unit: kilograms per unit of mass.
+    """
+
+    space: DesignSpace
+    program: ShakingProgram
+    holders: Mapping[int, ShapeHolder]
+    budget: float
+    unit: float
+
+    def coordinates(self) -> Array:
+        """Compute coordinates s as a function of the variables (count, links, 7)."""
+        n = len(self.holders)
+        T = np.zeros((n, 10, n, COUNT))
+        regions = self.program.matter.regions.values()
+        for k, (holder, region) in enumerate(zip(self.holders.values(), regions, strict=True)):
+            for i, P in enumerate(holder.moment_matrices()):
+                T[k, :, k, i] = self.unit * _in_region(region, P)
+        return T.reshape(-1, n, COUNT)
+
+    def webs(self, x: Array) -> Array:
+        """Compute mass and first moments (links, 3) of the webs of shapes."""
+        return web_coordinates(self.space, self.holders, self.unit, x)
+
+    def minimise(self, webs: Array) -> tuple[Array, float]:
+        """Minimise the shaking of shapes beside webs (links, 3), and among minimisers the mass.
+
+        Returns:
+            The variables (links, 7), and a lower bound of the load.
+        """
+        program, each, T = self.program, list(self.holders.values()), self.coordinates()
+        fixed = np.einsum("cki,ki->c", T[:, :, : Y + 1], webs)
+        flat = T.reshape(len(T), -1)
+        whole = self.budget / self.unit
+        room = max(whole - float(webs[:, MASS].sum()), LEAST_ROOM * whole)
+        x, bound, price = _solve(program, each, flat, fixed, room, None)
+        if price <= PRICE_ZERO:
+            limit = loosened_limit(program.value(flat @ x.reshape(-1) + fixed) / program.scale)
+            x = _solve(program, each, flat, fixed, room, limit)[0]
+        return x, program.scale * bound
+
+    def judge(self, x: Array, bound: float, webbed: bool) -> LeastShaking:
+        """Make the shapes, none heavier than the budget lets them be, and compute their load.
+
+        Args:
+            x: the variables (links, 7).
+            bound: lower bound of the load.
+            webbed: whether their webs are counted.
+        """
+        total = float(x[:, MASS].sum())
+        weights: dict[int, Counterweight] = {}
+        share = 1.0
+        for _ in range(FITTED if webbed else 1):
+            mass = self.unit * share * total
+            if webbed:
+                mass += self.unit * float(self.webs(share * x)[:, MASS].sum())
+            share *= min(1.0, self.budget / mass) if mass > 0.0 else 1.0
+        for (b, holder), row in zip(self.holders.items(), x, strict=True):
+            if row[MASS] > max(0.0, SHAPE_MASS_ZERO * total):
+                centre = self.space.length * row[X : Y + 1] / row[MASS]
+                stock = holder.fill(share * self.unit * float(row[MASS]), centre)
+                region = holder.region if webbed else None
+                weights[b] = shape_weight(self.space, b, stock, region)[0]
+        if not all(self.holders[b].holds(weight.region) for b, weight in weights.items()):
+            weights = {}
+        return _judge_weights(self.program, weights, bound)
 
 
 def _in_region(region: Region, moments: Array) -> Array:
@@ -142,6 +217,7 @@ def _solve(
     program: ShakingProgram,
     holders: Sequence[ShapeHolder],
     T: Array,
+    fixed: Array,
     room: float,
     limit: float | None,
 ) -> tuple[Array, float, float]:
@@ -149,6 +225,7 @@ def _solve(
 
     Args:
         T: coordinates as a function of the variables.
+        fixed: coordinates (count,) of what is there besides.
         room: most mass, over the unit of mass.
 
     Returns:
@@ -159,7 +236,7 @@ def _solve(
     mass[:, MASS] = 1.0
     samples = range(len(program.samples))
     loads = [
-        bounded_rows(A / program.scale, 0.0 if limit is None else limit, T)
+        bounded_rows(_beside(A, fixed) / program.scale, 0.0 if limit is None else limit, T)
         for A in program.blocks(samples)
     ]
     rows, offsets, parts = holding_rows(holders)
@@ -181,6 +258,11 @@ def _solve(
     solution = solve_conic(q, whole, offset, [*blocks, *parts])
     x = solution.x[: n * COUNT].reshape(n, COUNT)
     return x, -float(offset @ solution.dual), float(solution.dual[0])
+
+
+def _beside(columns: Array, fixed: Array) -> Array:
+    """Add the load of fixed coordinates (count,) to columns of a load (k, count + 1)."""
+    return np.column_stack([columns[:, :-1], columns[:, -1] + columns[:, :-1] @ fixed])
 
 
 def _minimise_sectors(

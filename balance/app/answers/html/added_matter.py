@@ -110,13 +110,21 @@ def _part_in_mm(weight: Counterweight) -> str:
     """Say which part of its region a weight fills, in mm as in its table."""
     whole = whole_dimensions(weight)
     if whole is not None:
-        return f"all of {whole.words}"
+        return f"all of {whole.words}{_web_in_mm(weight)}"
     share = number_text(100.0 * weight.share, ".3g")
     if weight.cut is None:
         return f"{share} % of its region"
     normal, distance = weight.cut
     place = f"beyond {number_text(1e3 * distance)} mm along {vector_text(normal)}"
     return f"{share} % of its region: {place}"
+
+
+def _web_in_mm(weight: Counterweight) -> str:
+    """Say after a shape which web joins it to its joint; empty without one."""
+    if weight.web is None:
+        return ""
+    length, width = (2e3 * np.linalg.norm(weight.web.place[:3, :2], axis=0)).tolist()
+    return f", and a web {number_text(width)} mm wide, {number_text(length)} mm long"
 
 
 def _addition(

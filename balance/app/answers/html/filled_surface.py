@@ -54,7 +54,8 @@ def filled_surface(weight: Counterweight) -> Surface | None:
     """Compute the surface of a weight that fills a part of its region.
 
     Args:
-        weight: the weight; point masses have no surface, nor has matter too thin to be seen.
+        weight: the weight; point masses have no surface, nor has matter too thin to be seen. A
+            web is a solid of its own.
     """
     if weight.form is None:
         return None
@@ -76,7 +77,19 @@ def filled_surface(weight: Counterweight) -> Surface | None:
     points = (box.low + places / CELLS * (box.high - box.low)) @ box.axes
     if np.linalg.det(box.axes) * np.linalg.det(region.place[:3, :3]) < 0.0:
         faces = faces[:, ::-1]
-    return Surface(region.to_link(points), faces)
+    points = region.to_link(points)
+    if weight.web is not None:
+        corners, sides = weight.web.to_link(weight.web.vertices), weight.web.triangles
+        faces = np.concatenate([faces, _outward(corners, sides) + len(points)])
+        points = np.concatenate([points, corners])
+    return Surface(points, faces)
+
+
+def _outward(corners: Array, triangles: IntArray) -> IntArray:
+    """Order the corners of triangles (f, 3) of a convex solid from outside."""
+    sides = corners[triangles] - corners.mean(axis=0)
+    inward = np.linalg.det(sides) < 0.0
+    return np.where(inward[:, None], triangles[:, ::-1], triangles)
 
 
 def _box_of_matter(depth: Callable[[Array], Array], reach: Array) -> _Box:

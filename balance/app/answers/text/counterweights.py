@@ -47,8 +47,6 @@ FRAMES = (
 )
 # Angle of a sector that a workshop cuts, radians.
 CUT_ANGLE = np.radians(60.0)
-# Length of an arm, over the size of the part, below which the part is at the joint.
-ARM_ZERO = 1e-6
 # What a link gets to which no matter needs to be added.
 NONE_NEEDED = "none needed"
 
@@ -86,7 +84,9 @@ def counterweights_facts(
         floor = FILLING_GAP if _roughly_known(counterweights) else MASSES_EQUAL
         gap = size_text(counterweights.gap or 0.0, floor=floor)
         what = _objective_text(counterweights)
-        pairs.append(("minimised", f"{what}; gap to its proved bound {gap} of it"))
+        webs = any(weight.web is not None for weight in counterweights.weights)
+        what += "; gap to its proved bound" + " beside these webs" * webs
+        pairs.append(("minimised", f"{what} {gap} of it"))
         share = (
             counterweights.added_mass / counterweights.given_mass
             if counterweights.given_mass
@@ -196,18 +196,29 @@ def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
 
 
 def shape_facts(space: DesignSpace, weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
-    """Say where shapes are, which an arm must hold, and which sectors are too narrow to cut."""
-    apart = {
-        weight.link: weight.arm
+    """Say where shapes are, what holds them, and which sectors are too narrow to cut."""
+    apart = [
+        f"{number_text(1e3 * weight.arm)} mm on '{weight.link}'"
         for weight in weights
-        if weight.arm is not None and weight.arm > ARM_ZERO * weight.region.size
-    }
+        if weight.arm and weight.floats
+    ]
+    webs = [
+        f"{number_text(2e3 * float(np.linalg.norm(weight.web.place[:3, 1])))} mm wide on "
+        f"'{weight.link}'"
+        for weight in weights
+        if weight.web is not None
+    ]
     places = [_place_text(place_of(space, weight), weight.link) for weight in weights]
     pairs = [("place", f"centre of mass {'; '.join(places)}")] if places else []
-    if apart:
-        parts = [f"{number_text(1e3 * arm)} mm on '{link}'" for link, arm in apart.items()]
+    if webs:
         text = (
-            f"from the nearest joint to the part {', '.join(parts)}; an arm that holds it is "
+            f"{', '.join(webs)}: a bar as thick as the part joins it to the nearest joint, and "
+            "is counted in mass and loads; --shape sector= needs none"
+        )
+        pairs.append(("web", text))
+    if apart:
+        text = (
+            f"from the nearest joint to the part {', '.join(apart)}; an arm that holds it is "
             "not counted: add its mass to the link in the file and ask again, or take --shape "
             "sector=, which reaches the joint"
         )

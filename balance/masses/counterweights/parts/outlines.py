@@ -72,7 +72,8 @@ def plate_of(weight: Counterweight) -> Plate | None:
         e1 = e1 - (e1 @ normal) * normal
         e1 /= np.linalg.norm(e1)
         axes = np.vstack([e1, np.cross(normal, e1), normal])
-        return _cut_plate(weight.region, axes, low, high, cut)
+        plate = _cut_plate(weight.region, axes, low, high, cut)
+        return _with_web(plate, weight.web) if plate and weight.web else plate
     return None
 
 
@@ -154,6 +155,14 @@ def _cut_plate(region: Region, axes: Array, low: float, high: float, Q: Array) -
         circles.append(Circle(centre + middle, radius))
         cut = section - disc if curvature > 0.0 else section ^ disc
     return Plate(axes, 0.5 * (low + high), high - low, cut, tuple(circles))
+
+
+def _with_web(plate: Plate, web: Region) -> Plate:
+    """Join the outline of a web, a box as thick as the plate, to that of a shape."""
+    from manifold3d import CrossSection
+
+    corners = web.to_link(web.vertices) @ plate.axes[:2].T
+    return plate._replace(section=plate.section + CrossSection.hull_points(1e3 * corners))
 
 
 def _circle(corners: int) -> Array:

@@ -44,6 +44,9 @@ MEANINGS = {
     "axis_x_mm": "middle of the axis of a round part (x, y, z); of a sector, at the joint",
     "arm_mm": "distance of the part from the nearest joint of its link: what bridges it is not "
     "counted",
+    "web_width_mm": "width of the web, a bar as thick as the part, which is counted with it",
+    "web_length_mm": "length of the web, from the joint to the axis of the part",
+    "web_x_mm": "end of the web at the joint (x, y, z): the middle of its side",
     "x_mm": "centre of mass (x, y, z)",
     "along_x_mm": "size of the part along the axes of the link (x, y, z)",
     "ixx_kg_m2": "moments of inertia about the centre of mass (xx, yy, zz, xy, xz, yz)",
@@ -121,6 +124,7 @@ class CounterweightPart(NamedTuple):
             "hole_radius_mm": _hole_radius(plate) if plate else None,
             **_labelled("axis_{}_mm", "xyz", axis),
             "arm_mm": None if weight.arm is None else 1e3 * weight.arm,
+            **_web_sizes(weight),
             **_labelled("{}_mm", "xyz", [1e3 * x for x in centre]),
             **_labelled("along_{}_mm", "xyz", along),
         }
@@ -138,6 +142,17 @@ def _labelled(
 ) -> dict[str, float | None]:
     """Name numbers by a form with a label in it."""
     return {form.format(label): x for label, x in zip(labels, numbers, strict=True)}
+
+
+def _web_sizes(weight: Counterweight) -> dict[str, float | None]:
+    """Return the sizes of a web, and its end at the joint, mm; None without one."""
+    web, sizes, end = weight.web, [None] * 2, [None] * 3
+    if web is not None:
+        sizes = (2e3 * np.linalg.norm(web.place[:3, :2], axis=0)).tolist()
+        joint = web.to_link([-1.0, 0.0, 0.0])
+        end = (1e3 * without_round_off(joint, web.size)).tolist()
+    names = ("web_length_mm", "web_width_mm")
+    return dict(zip(names, sizes, strict=True)) | _labelled("web_{}_mm", "xyz", end)
 
 
 def _direction(region: Region, plate: Plate | None) -> float | None:
@@ -196,8 +211,9 @@ def part_files(parts: Sequence[CounterweightPart], solids: bool = False) -> dict
     its link; ``README.txt`` names those of each drawing, and the columns of the table. The
     table has SI units and the tensor of inertia about the centre, of the meshes; then, in g, mm
     and degrees, the mass, the dimensions that the part has (thickness, radius, angle and
-    direction of a sector, hole, axis), its arm (see `Counterweight`), the centre of mass in the
-    link frame and the sizes along its axes. Columns without a value for any part are left out.
+    direction of a sector, hole, axis), its arm and web (see `Counterweight`), the centre of
+    mass in the link frame and the sizes along its axes. Columns without a value for any part
+    are left out.
 
     Args:
         parts: from `parts_of`.
@@ -256,8 +272,9 @@ def _readme(parts: Sequence[CounterweightPart], columns: Sequence[str]) -> str:
         "link. A DXF drawing has two of them:",
         *(drawings or ["none here: no part has one thickness."]),
         "",
-        "Parts have no holes for shafts and screws, and what joins a part to its link is not",
-        "counted. Add its mass to the link in the file of the robot, and compute again.",
+        "Parts have no holes for shafts and screws. The web of a part, which ends at the axis",
+        "of a joint, is in its files and is counted. What bridges an arm_mm above 0 is not:",
+        "add its mass to the link in the file of the robot, and compute again.",
         "",
         "Columns of parts.csv, of the frame of the link:",
         *(f"{name}: {text}" for name, text in MEANINGS.items() if name in columns),

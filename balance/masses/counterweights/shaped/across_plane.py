@@ -40,13 +40,17 @@ def at_rim(space: DesignSpace, weight: Counterweight, region: Region) -> bool:
     return not region.contains(moved, SHAPE_INSIDE).all()
 
 
-def arm_length(space: DesignSpace, body: int, shape: Region) -> float:
-    """Compute the distance of a shape from the nearest joint of its link, in the plane; m.
+def nearest_joint(space: DesignSpace, body: int, shape: Region) -> tuple[float, Array]:
+    """Find the joint of a link that is nearest to a shape, in the plane.
 
     Args:
         space: a design space of the linkage, which is planar.
         body: position of the body.
-        shape: a disc or cylinder across the plane, or a block; 0 where it holds a joint.
+        shape: a disc or cylinder across the plane, or a block.
+
+    Returns:
+        The distance from the shape, m, 0 where it holds the joint; and the joint (2,), from the
+        middle of the shape along the axes of `axes_and_height`, m.
     """
     axes, _ = axes_and_height(space, body)
     R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
@@ -58,7 +62,7 @@ def arm_length(space: DesignSpace, body: int, shape: Region) -> float:
         beyond = np.linalg.norm(np.maximum(np.abs(away @ (sides / sizes)) - sizes, 0.0), axis=1)
     else:
         beyond = np.linalg.norm(away, axis=1) - np.linalg.norm(shape.place[:3, 0])
-    return max(0.0, float(beyond.min()))
+    return max(0.0, float(beyond.min())), away[first_least(beyond, shape.size)]
 
 
 class ShapePlace(NamedTuple):

@@ -19,6 +19,7 @@ from balance.masses.counterweights.parts.part_files import (
 from balance.masses.counterweights.region_text import read_region
 from balance.masses.counterweights.shaped.across_plane import place_of
 from balance.masses.counterweights.volume.cut_regions import Stock, fill
+from tests.independent.shapes_with_webs import shape_and_web
 
 trimesh = pytest.importorskip("trimesh")
 pytest.importorskip("manifold3d")
@@ -208,9 +209,9 @@ def test_axes_of_a_drawing_are_those_that_are_named(axis):
     assert np.linalg.norm(corners[:, None] * [1, -1] - seen, axis=-1).min(axis=1).max() > 1.0
 
 
-@pytest.mark.parametrize("shape", ["disc=0.02", "sector=0.02", "cylinder=0.03"])
+@pytest.mark.parametrize("shape", ["disc=0.02", "sector=0.02", "cylinder=0.05"])
 def test_the_table_has_the_dimensions_to_make_a_shape(shape):
-    """Mass and centre of textbooks from the dimensions, arms from the joints of the file."""
+    """Mass and centre of textbooks from the dimensions, webs from the joints of the file."""
     answer = filled({"crank": "", "rocker": ""}, shape=shape)
     files = part_files(parts_of(answer.weights))
     table = list(csv.reader(io.StringIO(files["parts.csv"].decode())))
@@ -220,21 +221,27 @@ def test_the_table_has_the_dimensions_to_make_a_shape(shape):
         radius, thickness = row["radius_mm"], row["thickness_mm"]
         axis = np.array([row["axis_x_mm"], row["axis_y_mm"]])
         centre = np.array([row["x_mm"], row["y_mm"]])
-        assert row["shape"] == shape.split("=")[0]
+        # A cylinder that is no longer than its diameter is a disc.
+        assert row["shape"] == "sector" if shape.startswith("sector") else "disc"
         angle = np.radians(row.get("angle_deg", 360.0))
-        volume = 0.5 * angle * radius**2 * thickness
-        assert row["mass_g"] == pytest.approx(1e-6 * STEEL * volume, rel=2e-6)
+        area, far = 0.5 * angle * radius**2, centre
+        assert row["arm_mm"] == 0.0
         if shape.startswith("sector"):
-            assert row["arm_mm"] == 0.0
             np.testing.assert_allclose(axis, 0.0, atol=1e-9)
             middle = np.radians(row["direction_deg"])
             away = 4.0 * radius * np.sin(0.5 * angle) / (3.0 * angle)
             far = away * np.array([np.cos(middle), np.sin(middle)])
-            np.testing.assert_allclose(centre, far, atol=1e-5 * radius)
         else:
-            np.testing.assert_allclose(axis, centre, atol=1e-5 * radius)
-            nearest = np.linalg.norm(np.array(joints[link]) - axis, axis=1).min()
-            assert row["arm_mm"] == pytest.approx(nearest - radius, abs=1e-3)
+            ends = np.array(joints[link])
+            joint = ends[np.linalg.norm(ends - axis, axis=1).argmin()]
+            np.testing.assert_allclose([row["web_x_mm"], row["web_y_mm"]], joint, atol=1e-6)
+            length = float(np.linalg.norm(axis - joint))
+            assert row["web_length_mm"] == pytest.approx(length, rel=1e-6)
+            assert row["web_width_mm"] == pytest.approx(radius, rel=1e-6)
+            area, moment = shape_and_web("disc", radius, length)
+            far = joint + moment / area * (axis - joint) / length
+        np.testing.assert_allclose(centre, far, atol=1e-5 * radius)
+        assert row["mass_g"] == pytest.approx(1e-6 * STEEL * area * thickness, rel=2e-6)
         weight = next(x for x in answer.weights if x.link == link)
         place, other = place_of(answer.space, weight), np.array(joints[link][1])
         assert 1e3 * place.distance == pytest.approx(np.hypot(*centre), rel=1e-6)
@@ -245,6 +252,32 @@ def test_the_table_has_the_dimensions_to_make_a_shape(shape):
         assert np.cos(np.radians(away)) == pytest.approx(cosine, abs=1e-6)
         drawn = f"{link}.dxf: x is (1, 0, 0) and y is (0, 1, 0) of {link}"
         assert drawn in files["README.txt"].decode()
+
+
+@pytest.mark.parametrize("shape", ["disc=0.02", "block=0.03"])
+def test_a_web_is_in_every_file_of_its_part(shape, tmp_path):
+    """The outline has the area of shape and web, and lines to the joint at both sides of it."""
+    room = {"crank": "ball(0,0,0,0.2)", "rocker": "ball(0,0,0,0.4)"}
+    answer = filled(room, shape=shape)
+    parts = parts_of(answer.weights)
+    assert not part_notices(parts)
+    files = part_files(parts)
+    check_meshes(files, answer.weights)
+    for weight in answer.weights:
+        web = weight.web
+        assert weight.what.endswith(web.text) and weight.to_dict()["web"]["width"] > 0.0
+        (curve,) = curves_of(files[f"{weight.link}.dxf"])
+        area, _ = outline_moments(files[f"{weight.link}.dxf"])
+        thickness = 2.0 * np.linalg.norm(web.place[:3, 2])
+        assert STEEL * 1e-6 * area * thickness == pytest.approx(weight.mass, rel=2e-6)
+        for side in (-1.0, 1.0):
+            corner = 1e3 * (web.to_link([-1.0, side, 0.0]) - weight.com)[:2]
+            assert np.linalg.norm(curve[:, :2] - corner, axis=1).min() < 1e-2
+        if shape.startswith("disc"):
+            # One arc, and three sides of the web.
+            assert len(curve) == 4 and np.count_nonzero(curve[:, 2]) == 1
+    answer.to_urdf(tmp_path / "made.urdf")
+    assert balance.verify(tmp_path / "made.urdf", balance="force", speed="60rpm").balanced
 
 
 @pytest.mark.slow

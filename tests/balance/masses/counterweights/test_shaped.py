@@ -13,7 +13,6 @@ import kinematics
 from balance.app.cli.main import main
 from balance.masses.counterweights.decide_points import balance_residual
 from balance.masses.counterweights.region_text import read_region
-from balance.masses.counterweights.shaped.across_plane import arm_length, axes_and_height
 from balance.masses.counterweights.shaped.sectors import fan_of
 from balance.masses.counterweights.shaped.weight_shape import read_weight_shapes
 from balance.masses.counterweights.volume.cut_regions import Stock
@@ -25,24 +24,17 @@ from tests.independent.second_counterweights import (
     point_parameters,
     to_inertial,
 )
+from tests.independent.shapes_with_webs import shape_and_web
 from tests.support.command_runs import asked
 
 STEEL = 7850.0
+# Joints of links of the model four_bar_general, m.
+JOINTS = {
+    "crank": [[0.0, 0.0], [0.1, 0.3]],
+    "coupler": [[0.0, 0.0], [0.8, 0.4]],
+    "rocker": [[0.0, 0.0], [-0.2, 0.7]],
+}
 NEEDED = 0.05  # kg m, what the link below needs on its other side
-
-
-@pytest.fixture
-def turned_arm(tmp_path):
-    """Such a link whose frame is turned and displaced: its numbers are sums with round-off."""
-    path = tmp_path / "turned.urdf"
-    path.write_text(
-        '<robot name="arm"><link name="base"/><link name="l1"><inertial>'
-        f'<origin xyz="{NEEDED} 0 0"/><mass value="1"/>'
-        '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>'
-        '<joint name="j1" type="continuous"><origin xyz="1 0.3 0" rpy="0 0 0.7"/>'
-        '<parent link="base"/><child link="l1"/><axis xyz="0 0 1"/></joint></robot>'
-    )
-    return path
 
 
 @pytest.fixture
@@ -79,20 +71,23 @@ def least_root(f, high):
 
 
 def textbook(shape, region):
-    """Mass of the lightest shape at the far side of a region, from one equation."""
+    """Mass of the lightest shape with its web at the far side of a region, by one equation."""
     kind, size = shape.split("=")
     t = r = float(size)
     if kind == "cylinder":
         # (c + r)² + (l/2)² = R² in the ball, m c = what is needed.
-        def left(m):
-            half = 0.5 * m / (STEEL * np.pi * r * r)
-            return m * (np.sqrt(max(0.1**2 - half**2, 0.0)) - r) - NEEDED
+        def with_web(half):
+            away = np.sqrt(max(0.1**2 - half**2, 0.0)) - r
+            return 2.0 * half * STEEL * np.array(shape_and_web(kind, r, away))
 
-        return least_root(left, 1.2)
+        return with_web(least_root(lambda half: with_web(half)[1] - NEEDED, 0.06))[0]
     reach = {"ball(0,0,0,0.1)": np.sqrt(0.1**2 - 0.25 * t * t)}.get(region, 0.1)
-    per = {"disc": np.pi, "block": 4.0}[kind] * t * STEEL
-    a = least_root(lambda a: per * a * a * (reach - a) - NEEDED, 2.0 * reach / 3.0)
-    return per * a * a
+
+    def mass_and_moment(a):
+        return STEEL * t * np.array(shape_and_web(kind, a, reach - a))
+
+    a = least_root(lambda a: mass_and_moment(a)[1] - NEEDED, 2.0 * reach / 3.0)
+    return mass_and_moment(a)[0]
 
 
 @pytest.mark.table(3)
@@ -119,7 +114,7 @@ def test_one_link_needs_the_shape_of_the_textbook(shape, region, arm):
     free = balance.counterweights(space, ["l1"], {"l1": region}, density=STEEL, relax=False)
     assert answer.least_mass == free.added_mass < weight.mass
     kind, size = shape.split("=")
-    volume = weight.mass / STEEL
+    volume = weight.region.volume
     side = weight.region.place[:3, :3]
     if kind == "block":
         assert np.prod(2.0 * np.linalg.norm(side, axis=0)) == pytest.approx(volume, rel=1e-12)
@@ -132,7 +127,10 @@ def test_one_link_needs_the_shape_of_the_textbook(shape, region, arm):
 @pytest.mark.slow
 @pytest.mark.parametrize("links", [("crank", "rocker"), ("crank", "coupler", "rocker")])
 def test_no_discs_of_another_solver_are_lighter(links):
-    """Sequential quadratic programs in masses and centres, from many places, end no lower."""
+    """Sequential quadratic programs in masses and centres, from many places, end no lower.
+
+    They change discs and webs together.
+    """
     regions = {link: "box(-0.3:0.3,-0.4:0.1,-0.02:0.02)" for link in links}
     space = balance.design_space("four_bar_general", balance="force")
     answer = balance.counterweights(
@@ -148,7 +146,23 @@ def test_no_discs_of_another_solver_are_lighter(links):
         for (m, cx, cy), link, H in zip(x.reshape(-1, 3), links, frames, strict=True):
             at = H[:3, :3] @ [cx, cy, 0.0] + H[:3, 3]
             z[space.bodies.index(link), :4] += m * np.append(1.0, at)
+            z[space.bodies.index(link), :4] += web_of_disc(m, cx, cy, link, H)
         return z
+
+    def web_of_disc(m, cx, cy, link, H):
+        """Mass and first moments of a web, from the nearest joint of the model."""
+        r = np.sqrt(max(m, 1e-12) / (np.pi * STEEL * 0.03))
+        ends = np.array(JOINTS[link])
+        joint = ends[np.linalg.norm(ends - [cx, cy], axis=1).argmin()]
+        away = np.array([cx, cy]) - joint
+        far = float(np.linalg.norm(away))
+        disc = STEEL * 0.03 * np.array([np.pi * r * r, np.pi * r * r * far])
+        mass, moment = STEEL * 0.03 * np.array(shape_and_web("disc", r, far)) - disc
+        at = (H[:3, :3] @ np.append(joint, 0.0) + H[:3, 3]) * mass
+        return np.append(mass, at + H[:3, :3] @ np.append(moment * away / far, 0.0))
+
+    def all_mass(x):
+        return (masses(x) - given)[:, 0].sum()
 
     def errors(x):
         chain = to_chain(masses(x), space.chain.frame, space.planar, True).reshape(-1)
@@ -165,7 +179,7 @@ def test_no_discs_of_another_solver_are_lighter(links):
     for _ in range(20):
         start = np.array([[2.0, *rng.uniform(low, high)] for _ in links]).reshape(-1)
         tried = minimize(
-            lambda x: x.reshape(-1, 3)[:, 0].sum(),
+            all_mass,
             start,
             method="SLSQP",
             bounds=[(1e-9, 20.0), (None, None), (None, None)] * len(links),
@@ -186,7 +200,7 @@ def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch)
     told = json.loads(capsys.readouterr().out)
     assert told["shape"] == "disc=0.02" and 2.9 < told["least_mass"] < told["added_mass"]
     text = (tmp_path / "discs.urdf").read_text()
-    assert text.count("<cylinder radius=") == 4  # <visual> and <collision> of two discs
+    assert text.count("<mesh filename=") == 4  # <visual> and <collision> of two discs
     assert sorted(path.name for path in (tmp_path / "made").iterdir()) == [
         "README.txt",
         "crank.dxf",
@@ -197,32 +211,6 @@ def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch)
     ]
     assert main(["verify", "discs.urdf", "--trajectories", "1", "--balance", "force"]) == 0
     capsys.readouterr()
-
-
-@pytest.mark.parametrize("text", ["disc=0.02", "block=0.02"])
-def test_the_arm_of_a_shape_is_its_distance_from_the_nearest_joint(text, turned_arm):
-    """Against the least distance of many points of the shape, in a frame that is turned."""
-    space = balance.design_space(turned_arm, balance="force")
-    (shape,) = read_weight_shapes(text)
-    axes, _ = axes_and_height(space, 0)
-    for centre in ([0.3, 0.1, 0.0], [0.2, -0.01, 0.05], [0.02, 0.03, 0.0]):
-        region = shape.place(2.0, STEEL, np.array(centre), axes)
-        grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 801)] * 2), axis=-1).reshape(-1, 2)
-        inside = grid[region.excess(np.insert(grid, 2, 0.0, axis=1)) <= 0.0]
-        points = region.to_link(np.insert(inside, 2, 0.0, axis=1))
-        least = np.linalg.norm(points[:, :2], axis=1).min()
-        assert arm_length(space, 0, region) == pytest.approx(least, abs=2.0 * region.size / 800)
-
-
-def test_arms_of_discs_are_told_with_what_to_do(caplog, capsys):
-    words = ["counterweights", "four_bar_general", "--balance", "force"]
-    words += ["--links", "crank,rocker"]
-    assert main([*words, "--shape", "disc=20mm"]) == 0
-    text = " ".join(capsys.readouterr().out.split())
-    assert "arm from the nearest joint to the part 20.99 mm on 'crank', 241.5 mm on" in text
-    assert "an arm that holds it is not counted: add its mass to the link" in text
-    assert main([*words, "--shape", "sector=20mm"]) == 0
-    assert "arm " not in capsys.readouterr().out
 
 
 def test_shapes_that_do_not_fit_are_not_found(arm):

@@ -5,12 +5,13 @@ import re
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 
 import balance
 from balance.app.cli.main import main
 from balance.masses import ElasticFrame
 from kinematics.errors import UsageError
+from tests.independent.shapes_with_webs import shape_and_web
 from tests.support.command_runs import asked
 
 STEEL = 7850.0
@@ -45,19 +46,24 @@ def two_arms(tmp_path):
     return path
 
 
-def first_moment(shape, region, mass):
-    """The largest first moment of a shape of some mass in a region, kg m."""
+def first_moment(shape, region, mass, radius=0.1):
+    """The largest first moment of a shape of some mass, with its web, in a region, kg m."""
     kind, size = shape.split("=")
     t = r = float(size)
-    reach = np.sqrt(0.1**2 - 0.25 * t * t) if region == BALL else 0.1
+    reach = np.sqrt(radius**2 - 0.25 * t * t) if region == BALL else radius
     if kind == "sector":
         half = mass / (STEEL * t * reach**2)
         return 2.0 / 3.0 * STEEL * t * reach**3 * np.sin(half)
-    if kind == "cylinder":
-        half = 0.5 * mass / (STEEL * np.pi * r * r)
-        return mass * (np.sqrt(0.1**2 - half**2) - r)
-    area = mass / (STEEL * t)
-    return mass * (reach - (np.sqrt(area / np.pi) if kind == "disc" else 0.5 * np.sqrt(area)))
+
+    def with_web(size):
+        """Mass and first moment with a radius, a half side, or half a length."""
+        if kind == "cylinder":
+            away = np.sqrt(radius**2 - size**2) - r
+            return 2.0 * size * STEEL * np.array(shape_and_web(kind, r, away))
+        return t * STEEL * np.array(shape_and_web(kind, size, reach - size))
+
+    size = brentq(lambda size: with_web(size)[0] - mass, 1e-6, 0.9 * radius, xtol=1e-15)
+    return with_web(size)[1]
 
 
 SHAPES = [
@@ -97,26 +103,17 @@ def test_one_arm_gets_the_shape_at_its_far_side(shape, region, minimise, one_arm
 
 @pytest.mark.parametrize("shape", ["disc=0.02", "cylinder=0.03"])
 def test_a_budget_is_shared_by_two_arms(shape, two_arms):
-    """Both arms lack the same, but 0.2 kg are there: another solver shares them out."""
-    budget, regions = 0.2, {"a": BALL, "b": "ball(0,0,0,0.07)"}
-    scale = 0.07 / 0.1
+    """Both arms lack the same, but 0.5 kg are there: another solver shares them out.
 
-    def moment_in_smaller(mass):
-        # The same shape in a ball of another size, by its own closed form.
-        size = float(shape.split("=")[1])
-        if shape.startswith("disc"):
-            reach = np.sqrt((0.1 * scale) ** 2 - 0.25 * size**2)
-            return mass * (reach - np.sqrt(mass / (STEEL * np.pi * size)))
-        half = 0.5 * mass / (STEEL * np.pi * size**2)
-        return mass * (np.sqrt((0.1 * scale) ** 2 - half**2) - size)
+    With webs that are given the shares are nearly the best ones, and never better.
+    """
+    budget, regions = 0.5, {"a": BALL, "b": "ball(0,0,0,0.07)"}
 
     def left(first):
         a = NEEDED - first_moment(shape, BALL, first)
-        return np.hypot(a, NEEDED - moment_in_smaller(budget - first))
+        return np.hypot(a, NEEDED - first_moment(shape, BALL, budget - first, 0.07))
 
-    best = minimize_scalar(
-        left, bounds=(0.0, budget), method="bounded", options={"xatol": 1e-9}
-    )
+    best = minimize_scalar(left, bounds=(0.01, 0.49), method="bounded", options={"xatol": 1e-9})
     answer = balance.partial(
         two_arms,
         ["a", "b"],
@@ -126,10 +123,47 @@ def test_a_budget_is_shared_by_two_arms(shape, two_arms):
         speed="300rpm",
         shape=shape,
     )
-    assert answer.share == pytest.approx(best.fun / np.hypot(NEEDED, NEEDED), rel=1e-5)
+    given = np.hypot(NEEDED, NEEDED)
     masses = {weight.link: weight.mass for weight in answer.weights}
-    assert sum(masses.values()) == pytest.approx(budget, rel=1e-9)
-    assert masses["a"] == pytest.approx(best.x, abs=2e-3)
+    assert sum(masses.values()) == pytest.approx(budget, rel=1e-6)
+    assert answer.share == pytest.approx(left(masses["a"]) / given, rel=1e-6)
+    assert best.fun / given * (1.0 - 1e-6) <= answer.share <= best.fun / given * (1.0 + 3e-3)
+    assert answer.words.endswith("in the regions beside these webs do better")
+
+
+def test_no_discs_beside_the_webs_do_better(two_arms):
+    """Of discs at the rims, beside the webs that were found as given masses."""
+    radii = {"a": 0.1, "b": 0.07}
+    answer = balance.partial(
+        two_arms,
+        list(radii),
+        0.8,
+        regions={
+            link: f"cylinder(0,0,0,0,0,1,{radius},0.02)" for link, radius in radii.items()
+        },
+        balance="force",
+        speed="300rpm",
+        shape="disc=0.02",
+    )
+    discs, webs, rests = {}, {}, {}
+    for weight in answer.weights:
+        discs[weight.link] = STEEL * weight.region.volume
+        webs[weight.link] = weight.mass - discs[weight.link]
+        moment = weight.mass * weight.com - discs[weight.link] * weight.region.centre
+        rests[weight.link] = float(np.linalg.norm(moment))
+    room = 0.8 - sum(webs.values())
+
+    def left(first):
+        parts = []
+        for link, mass in (("a", first), ("b", room - first)):
+            distance = radii[link] - np.sqrt(mass / (STEEL * np.pi * 0.02))
+            parts.append(NEEDED - rests[link] - mass * distance)
+        return np.hypot(*parts)
+
+    best = minimize_scalar(left, bounds=(0.0, room), method="bounded", options={"xatol": 1e-10})
+    assert min(webs.values()) > 0.05
+    assert answer.share * np.hypot(NEEDED, NEEDED) == pytest.approx(best.fun, rel=1e-5)
+    assert discs["a"] == pytest.approx(best.x, abs=1e-3 * room)
 
 
 def test_of_several_sizes_the_best_is_taken(one_arm):
@@ -167,6 +201,7 @@ def test_a_front_goes_down_and_its_file_has_the_shape(one_arm, tmp_path):
     assert [round(design.mass, 9) for design in front.designs] == [0.0, 0.2, 0.4]
     text = front.to_urdf(tmp_path / "made.urdf").decode()
     assert "a_counterweight" in text
+    assert front.designs[-1].weights[0].web is not None
     check = balance.verify(tmp_path / "made.urdf", balance="force", speed=30.0)
     assert check.force == pytest.approx(front.designs[-1].shaking.peak_force, rel=1e-9)
 
@@ -239,13 +274,15 @@ def test_the_page_has_the_size_that_is_printed(one_arm, tmp_path, capsys):
     words += ["--balance=force", "--shape=disc=20mm", "--about=0.1,0,0", "--html", str(page)]
     assert main(words) == 0
     printed = re.search(r"^a fills (.* disc .*)$", capsys.readouterr().out, re.MULTILINE)
-    radius, thickness = (1e3 * float(size) for size in re.findall(r"([\d.]+) m\b", printed[1]))
+    sizes = (1e3 * float(size) for size in re.findall(r"([\d.]+) m\b", printed[1]))
+    radius, thickness, width, length = sizes
     size = f"disc of radius {radius:g} mm, {thickness:g} mm thick"
+    web = f"a web {width:g} mm wide, {length:g} mm long"
     text = page.read_text("utf-8")
-    assert f">all of a {size}</td>" in text
+    assert f">all of a {size}, and {web}</td>" in text
     assert "the moment about\n(0.1, 0, 0) m;" in text and "middle of the mechanism" not in text
-    radius = float(re.search(r"radius (\S+) m", printed[1])[1])
-    assert STEEL * np.pi * radius**2 * 0.02 == pytest.approx(0.3, rel=1e-3)
+    area, _ = shape_and_web("disc", 1e-3 * radius, 1e-3 * length)
+    assert STEEL * area * 0.02 == pytest.approx(0.3, rel=1e-3) and width == radius
 
 
 def test_a_region_that_bounds_nothing_is_told_without_its_rim(one_arm, capsys):

@@ -164,6 +164,18 @@ def test_matter_of_limited_density_is_drawn_as_its_volume(regions):
         assert sorted(map(tuple, edges)) == sorted(map(tuple, edges[:, ::-1]))
 
 
+def test_a_web_is_drawn_as_a_solid_beside_its_disc():
+    space = balance.design_space(MODEL, balance="force")
+    answer = balance.counterweights(space, LINKS, density=7850.0, shape="disc=0.02")
+    for weight in answer.weights:
+        points, faces = filled_surface(weight)
+        bar = faces[faces.min(axis=1) >= len(points) - 8]
+        volume = np.linalg.det(points[bar]).sum() / 6.0
+        assert volume == pytest.approx(weight.web.volume, rel=1e-9)
+        whole = np.linalg.det(points[faces]).sum() / 6.0
+        assert 0.9 < (whole - volume) / weight.region.volume < 1.01
+
+
 def test_point_masses_have_no_surface():
     region = read_region("ball(0,0,0,1)")
     weight = Counterweight("crank", 1.0, np.zeros(3), np.zeros((3, 3)), (), region)

@@ -104,8 +104,8 @@ def add_run(kinds: Verbs) -> None:
     parser.set_defaults(run=_compute)
     parser.elsewhere = ELSEWHERE
     parser.add_examples(
-        "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10",
-        "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10 \\\n"
+        "balance sweep run robot.urdf --vary coupler.length=800mm:1200mm:10",
+        "balance sweep run robot.urdf --vary coupler.length=800mm:1200mm:10 \\\n"
         "    --counterweights crank,rocker --balance force --speed 300rpm \\\n"
         "    --table sweep.xlsx --best rms_moment_after=best.urdf",
         "balance sweep run study.toml --out study.db --resume",

@@ -85,6 +85,15 @@ def test_options_are_the_study_of_a_file(folder):
 
 
 @pytest.mark.slow
+def test_the_range_that_help_shows_has_units(folder):
+    """Its rows are those of the same range in metres."""
+    shown = re.search(r"coupler\.length=\d+mm:\d+mm:10", asked(["sweep", "run", "--help"]).out)
+    for name, words in (("shown", shown[0]), ("metres", "coupler.length=0.8:1.2:10")):
+        ran(["four_bar_general", "--vary", words, "--table", f"{name}.csv"])
+    assert (folder / "shown.csv").read_bytes() == (folder / "metres.csv").read_bytes()
+
+
+@pytest.mark.slow
 def test_the_best_row_is_a_file_that_shakes_so(folder):
     """By Pinocchio, its moment has the peak of its column, the least of the table."""
     answer = ran([*OPTIONS, "--table", "rows.csv", "--best", "peak_moment_after=best.urdf"])

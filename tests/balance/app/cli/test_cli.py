@@ -33,8 +33,8 @@ sys.addaudithook(
 KEYS = (
     "schema verdict sentence next alternative model at algebra balance bodies parameters "
     "joints loops mobility inputs idle motion orders poses kmax rank nullity serial parallel "
-    "certainty evidence requirements gravity readings exact transfers freedoms decoupled pure_inertia "
-    "margin singular_values basis as_given warnings"
+    "certainty evidence requirements gravity readings exact transfers freedoms decoupled "
+    "pure_inertia margin singular_values basis as_given warnings"
 ).split()
 
 

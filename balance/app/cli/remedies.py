@@ -118,17 +118,20 @@ def _run(arguments: argparse.Namespace) -> Answer:
         comparison = compare_request(request, arguments.only, _print_result, arguments.workers)
     from balance.app.answers.text.remedies import remedies_body
 
-    comparison = replace(comparison, following=_following(arguments, comparison))
     bodies = request.linkage.body_names
     links = [] if arguments.links else list(bodies) if ALL in bodies else [ALL]
-    reduce = reduce_command(arguments, request.given_mass, links)
+    comparison = replace(
+        comparison,
+        following=_following(arguments, comparison),
+        reduce=reduce_command(arguments, request.given_mass, links),
+    )
     helps = any(applied.helps for applied in comparison.results)
     undrawn = [] if helps else ["out", "plot"]
     unwritten = ", ".join(filter(None, (getattr(arguments, name) for name in undrawn)))
     return Answer(
         DONE if comparison.verdict == "partial" else verdict_code(comparison.verdict),
         comparison.to_dict,
-        lambda: remedies_body(comparison, reduce),
+        lambda: remedies_body(comparison),
         (
             *comparison.request.space.warnings,
             *note_implausible_masses(request.linkage, [("--budget ", arguments.budget or 0.0)]),

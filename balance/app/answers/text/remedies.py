@@ -62,12 +62,8 @@ UNITS = (
 )
 
 
-def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[tuple[str, str]]:
-    """List the facts on a comparison as pairs of label and value.
-
-    Args:
-        reduce: the command for the least shaking.
-    """
+def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
+    """List the facts on a comparison as pairs of label and value."""
     request = comparison.request
     pairs = linkage_facts(request.linkage, f"{request.balance} balance", request.motion)
     matter = "point masses, of any density (--density steel sets a limit)"
@@ -91,7 +87,7 @@ def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[t
         if words:
             pairs.append(("other ways", "; ".join(words)))
         in_steel = ", in steel" * (request.density is None)
-        pairs.append((f"reduce{in_steel}", reduce))
+        pairs.append((f"reduce{in_steel}", comparison.reduce or REDUCE))
     return pairs
 
 
@@ -293,7 +289,7 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     return (applied.short, applied.verdict, *numbers, *map(str, counts), shaking)
 
 
-def remedies_body(comparison: RemedyComparison, reduce: str = REDUCE) -> AnswerBody:
+def remedies_body(comparison: RemedyComparison) -> AnswerBody:
     """Build what is printed on a comparison: the answer, the next command, facts, and costs.
 
     Where all remedies were tried, those that do not help are named without their reasons.
@@ -310,7 +306,7 @@ def remedies_body(comparison: RemedyComparison, reduce: str = REDUCE) -> AnswerB
         remedies_sentence(comparison),
         *following_lines(comparison),
         "",
-        Facts(remedies_facts(comparison, reduce)),
+        Facts(remedies_facts(comparison)),
         "",
         *table,
         *reasons,

@@ -113,7 +113,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         check_folder(arguments.out)
     with progress_bar("steps of the search") as advance:
         request = _request(arguments, advance)
-        from balance.masses.remedies.compare import compare_request
+        from balance.masses.remedies.compare import compare_request, remedy_files
 
         comparison = compare_request(request, arguments.only, _print_result, arguments.workers)
     from balance.app.answers.text.remedies import remedies_body
@@ -137,7 +137,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
             *note_implausible_masses(request.linkage, [("--budget ", arguments.budget or 0.0)]),
         ),
         join_remarks(
-            describe_written(arguments, True, without=undrawn),
+            describe_written(
+                arguments,
+                True,
+                without=undrawn,
+                inside={"out": [*remedy_files(comparison.results)]},
+            ),
             f"not written, for no remedy helps: {unwritten}" if unwritten else "",
             _describe_tables(arguments.out, comparison),
         ),

@@ -364,6 +364,7 @@ def test_the_next_command_runs_and_writes_what_was_named(tmp_path, monkeypatch):
     again = asked(command[1:])
     assert again.code == 0 and again.out.splitlines()[0].startswith("Build less shaking")
     assert "Next: " not in again.out and Path("built/partial.urdf").exists()
+    assert "written: built/partial.urdf\n" in again.err
     (reduce,) = re.findall(r"^reduce +(.*)$", done.out, re.MULTILINE) or ["balance reduce"]
     assert "--html" not in reduce
 

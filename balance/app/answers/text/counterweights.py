@@ -64,8 +64,7 @@ def counterweights_facts(
         pairs.append(("moment", _moment_text(counterweights)))
     if counterweights.along is not None:
         pairs.append(("about", about_text(counterweights.along.before)))
-        trajectories = (run.trajectory for run in counterweights.along.before.runs)
-        if near := singularity_remark(trajectories):
+        if near := singularity_remark(counterweights.along.before.motions):
             pairs.append(("note", near))
     if counterweights.verdict == "infeasible":
         pairs += other_ways(space.balance, reduce)

@@ -391,7 +391,7 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
     assert "the linkage; shaking left: force 0, moment × 5.5), or less shaking for a " in said
     assert (
         "less shaking for a budget (1 kg of point masses added, " in said
-        and "left: force × 0.75, moment × 1.2); " in said
+        and "left: force × 0.75, moment × 1.25); " in said
     )
     assert "not worth it: the lightest way (mirrored copies) adds 7 kg with its gears" in said
     assert said.endswith("2 links and 1 joint, at 3.2 times the width.")

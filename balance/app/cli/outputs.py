@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from balance.app.cli.arguments import Parser
 from balance.support.atomic_files import check_outputs, is_stream, write_all_atomic
 from kinematics.errors import FileError, LinkageError, UsageError
-from kinematics.wording import MAX_NAMES, first_names
 
 if TYPE_CHECKING:
     from balance.app.answers.answer import Answer, Files
@@ -180,6 +179,8 @@ def describe_written(
 
 def _paths_inside(folder: str, names: Sequence[str]) -> str:
     """List the paths of files in a folder: of many the first, and how many there are."""
+    from kinematics.wording import MAX_NAMES, first_names
+
     paths = first_names([os.path.join(folder, name) for name in names])
     return f"{paths} ({len(names)} files in {folder})" if len(names) > MAX_NAMES else paths
 

@@ -119,7 +119,7 @@ def test_two_linkages_stand_side_by_side(capsys):
     assert main(["verify", SHAKING, *FEW, "--against", "four_bar_antiparallelogram"]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert re.fullmatch(
-        r"Shaking force \d+ → \d+ N peak \(\d+ % less\), moment .* N m peak \(.* more\), "
+        r"Shaking force [\d.]+ → [\d.]+ N peak \(\d+ % less\), moment .* N m peak \(.* more\), "
         rf"from four_bar_antiparallelogram to {SHAKING}\.",
         lines[0],
     )

@@ -364,9 +364,8 @@ def _remedied_command(arguments: argparse.Namespace, remedy: NoAnswerRemedy) -> 
             path: ",".join(map(str, x)) if isinstance(x, list) else str(x)
             for path, x in arguments.vary
         }
-        varied = (
-            ["--vary", f"{path}={text}"] for path, text in (ranges | remedy.ranges).items()
-        )
+        ranges.update(remedy.ranges)
+        varied = (["--vary", f"{path}={text}"] for path, text in ranges.items())
         changed = [*without_options(words, {"--vary": 1}), *chain.from_iterable(varied)]
     else:
         return []

@@ -119,14 +119,14 @@ def random_motions_remark(
         motions: the random ones, if they are.
     """
     from balance.app.answers.text.linkage import amplitude_text
-    from balance.motion.verification.trajectory import largest_displacements
+    from balance.motion.verification.trajectory import input_reach
 
     given = (getattr(arguments, name, None) for name in MOTION_OPTIONS)
     turning = {joint.name for joint in linkage.joints if joint.kind == "revolute"}
     cranks = [name for name in linkage.inputs if name in turning]
     if not cranks or any(value is not None and value != [] for value in given):
         return ""
-    reach = amplitude_text(linkage, largest_displacements(linkage, motions))
+    reach = amplitude_text(linkage, input_reach(linkage, motions))
     text = f"the loads are those of random motions of 1 s, of at most {reach}: "
     if len(linkage.inputs) == 1:
         return text + (

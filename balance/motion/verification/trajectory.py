@@ -222,9 +222,7 @@ def random_motions(
                 )
 
 
-def largest_displacements(
-    linkage: Linkage, trajectories: Iterable[Trajectory]
-) -> dict[str, float]:
+def input_reach(linkage: Linkage, trajectories: Iterable[Trajectory]) -> dict[str, float]:
     """Find the largest displacement of each input in motions, from the reference pose.
 
     Returns:

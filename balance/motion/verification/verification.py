@@ -16,11 +16,7 @@ from balance.motion.motion_tolerances import (
 from balance.motion.verification.crank_revolution import Crank
 from balance.motion.verification.harmonics import harmonic_peaks
 from balance.motion.verification.run import PARTS, Run
-from balance.motion.verification.trajectory import (
-    Trajectory,
-    largest_displacements,
-    singularity_remark,
-)
+from balance.motion.verification.trajectory import Trajectory, input_reach, singularity_remark
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
@@ -345,7 +341,7 @@ class Verification(WithPage, WithPicture):
     @property
     def amplitude(self) -> dict[str, float]:
         """Largest displacement of each input from the reference pose, radians or metres."""
-        return largest_displacements(self.linkage, self.motions)
+        return input_reach(self.linkage, self.motions)
 
     def _peak(self, name: str, part: slice) -> float:
         """Compute the largest norm of a part of a wrench in all runs."""

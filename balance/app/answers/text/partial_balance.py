@@ -27,7 +27,7 @@ from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
 from balance.motion.verification.crank_revolution import TURN, Crank
-from balance.motion.verification.trajectory import largest_displacements, singularity_remark
+from balance.motion.verification.trajectory import input_reach, singularity_remark
 from balance.support.change_text import LOAD_FORM, MASS_FORM, grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.wording import number_text, size_text, unit_text, vector_text
@@ -94,7 +94,7 @@ def _motion_fact(front: ParetoFront) -> tuple[str, str]:
             if rate and steady and name not in linkage.sliding and abs(turn - 1.0) <= STEADY:
                 return "motion", Crank(name, rate, periodic=True).words
     duration = f"{number_text(max(motion.duration for motion in motions))} s"
-    amplitude = f"amplitude {amplitude_text(linkage, largest_displacements(linkage, motions))}"
+    amplitude = f"amplitude {amplitude_text(linkage, input_reach(linkage, motions))}"
     if len(motions) == 1:
         return "motion", f"of {duration}, {amplitude}"
     return "motions", f"{len(motions)} of {duration} each, {amplitude}"

@@ -1,4 +1,4 @@
-"""What a change of masses does to a load, in words: ``22 → 1.7 N (−92 %)``."""
+"""What a change of masses does to a load, in words: ``21.9 → 1.73 N (−92 %)``."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from kinematics.wording import number_text, prefix_of
 
 # Ratio of a load to that before, from which it is written as a number of times.
 MANY_TIMES = 10.0
-# Ratio of the larger load to the smaller, up to which both have three digits: two do not show
-# the percentage.
-SIMILAR = 2.0
+LOAD_FORM = ".3g"
+"""Format of a load, in sentences and in the lines below them."""
+MASS_FORM = ".4g"
+"""Format of an added mass, likewise."""
 # Percent up to which a load is unchanged.
 UNCHANGED = 0.5
 # Percent of a load that are taken at most, as written, where some of it is left.
@@ -33,10 +34,7 @@ def change_text(
     if first == then == 0.0:
         return f"0 {unit}"
     factor, prefix = prefix_of(max(first, then))
-    differs = abs(then - first) > UNCHANGED / 100.0 * first
-    similar = differs and max(first, then) <= SIMILAR * min(first, then)
-    digits = 3 if similar else 2
-    start, end = (_with_digits(size / factor, digits) for size in (first, then))
+    start, end = (number_text(size / factor, LOAD_FORM) for size in (first, then))
     sizes = f"{start} → {end} {prefix}{unit}"
     return f"{sizes} ({_percent_text(then / first, worded)})" if first else sizes
 
@@ -58,7 +56,7 @@ def _percent_text(ratio: float, worded: bool) -> str:
     if abs(percent) <= UNCHANGED:
         return "unchanged"
     if ratio >= MANY_TIMES:
-        return f"{_with_digits(ratio)} times"
+        return f"{number_text(ratio, '.2g')} times"
     size = number_text(abs(percent), ".0f")
     if size == "100" and 0.0 < ratio < 1.0:
         size = number_text(min(abs(percent), NOT_ALL), ".4g")
@@ -67,15 +65,10 @@ def _percent_text(ratio: float, worded: bool) -> str:
     return f"{'−' if percent < 0.0 else '+'}{size} %"
 
 
-def mass_added_text(mass: float) -> str:
+def mass_added_text(mass: float, form: str = MASS_FORM) -> str:
     """Write an added mass: ``2.3 kg added``, ``85 g added``, or ``nothing added``."""
     if mass <= 0.0:
         return "nothing added"
     if mass < LEAST_KILOGRAMS:
-        return f"{_with_digits(1e3 * mass)} g added"
-    return f"{_with_digits(mass)} kg added"
-
-
-def _with_digits(value: float, digits: int = 2) -> str:
-    """Write a number with so many digits, and without a power of ten up to a million."""
-    return f"{float(number_text(value, f'.{digits}g')):.6g}"
+        return f"{number_text(1e3 * mass, form)} g added"
+    return f"{number_text(mass, form)} kg added"

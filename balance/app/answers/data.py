@@ -32,6 +32,8 @@ class Report(NamedTuple):
         decoupling: result of `balance.space.decoupling`; None without it.
         pure_inertia: result of `balance.masses.pure_inertia`; None without it.
         following: the command that comes next; empty if there is none.
+        alternative: the command that says what to build in, where other masses may not be
+            enough; empty elsewhere.
     """
 
     space: DesignSpace
@@ -41,12 +43,13 @@ class Report(NamedTuple):
     decoupling: Decoupling | None = None
     pure_inertia: PureInertia | None = None
     following: str = ""
+    alternative: str = ""
 
 
 def report_data(report: Report) -> dict[str, object]:
     """Collect a report as plain data for JSON.
 
-    The keys ``next``, ``transfers``, ``freedoms``, ``exact``, ``decoupled``,
+    The keys ``next``, ``alternative``, ``transfers``, ``freedoms``, ``exact``, ``decoupled``,
     ``pure_inertia`` and ``margin.change`` are ``None`` without their results; so is
     ``margin.change`` where the distance is infinite.
     """
@@ -61,6 +64,8 @@ def report_data(report: Report) -> dict[str, object]:
         data["pure_inertia"] = report.pure_inertia.to_dict()
     if report.following:
         data["next"] = report.following
+    if report.alternative:
+        data["alternative"] = report.alternative
     if report.change < inf:
         margin = data["margin"]
         assert isinstance(margin, dict)

@@ -162,7 +162,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
         lambda: [*counterweights_body(matter, reduce, following), *payload_section(load)],
         notices,
         join_remarks(
-            random_motions_remark(arguments, matter.space.linkage) if matter.along else "",
+            random_motions_remark(arguments, matter.space.linkage, matter.along.before.motions)
+            if matter.along
+            else "",
             describe_written(arguments, matter.z is not None),
         ),
         lambda: added_matter_files(arguments, matter, matter, parts),

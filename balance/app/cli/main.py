@@ -110,7 +110,7 @@ COMMANDS = {
     ),
     "sweep": Command(
         "one model in many geometries: what varies of it, and which one is the best",
-        "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10",
+        "balance sweep run robot.urdf --vary coupler.length=800mm:1200mm:10",
     ),
     "discover": Command(
         "a search for geometries that balance where others do not",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from balance.app.cli.number_arguments import point
@@ -108,19 +109,25 @@ def _listed(value: list[Any] | str | None) -> list[Any]:
     return value if isinstance(value, list) else [value] if value else []
 
 
-def random_motions_remark(arguments: argparse.Namespace, linkage: Linkage) -> str:
+def random_motions_remark(
+    arguments: argparse.Namespace, linkage: Linkage, motions: Iterable[Trajectory]
+) -> str:
     """Ask for a motion where the loads are those of random ones; empty if one was asked for.
 
     Args:
         arguments: the options of a command that moves the linkage at random without a motion.
+        motions: the random ones, if they are.
     """
+    from balance.app.answers.text.linkage import amplitude_text
+    from balance.motion.verification.trajectory import input_reach
+
     given = (getattr(arguments, name, None) for name in MOTION_OPTIONS)
     turning = {joint.name for joint in linkage.joints if joint.kind == "revolute"}
     cranks = [name for name in linkage.inputs if name in turning]
     if not cranks or any(value is not None and value != [] for value in given):
         return ""
-    names = ", ".join(linkage.inputs)
-    text = f"the loads are those of random motions of {names}, of at most 0.8 rad in 1 s: "
+    reach = amplitude_text(linkage, input_reach(linkage, motions))
+    text = f"the loads are those of random motions of 1 s, of at most {reach}: "
     if len(linkage.inputs) == 1:
         return text + (
             "if it turns as a crank, --speed 300rpm gives the loads of a turn at that speed"

@@ -155,19 +155,34 @@ def result_files(arguments: argparse.Namespace, *results: Any, **page: object) -
 
 
 def describe_written(
-    arguments: argparse.Namespace, designed: bool, *, without: Sequence[str] = ()
+    arguments: argparse.Namespace,
+    designed: bool,
+    *,
+    without: Sequence[str] = (),
+    inside: Mapping[str, Sequence[str]] | None = None,
 ) -> str:
     """Say which files are written.
 
     Args:
         designed: whether there is a design; without one, no file is written.
         without: options whose files are not written.
+        inside: names of the files in the folders that options give.
     """
     given = _output_paths(arguments)
-    paths = ", ".join(given[name] for name in OUTPUTS if name in given and name not in without)
+    names = [name for name in OUTPUTS if name in given and name not in without]
+    folders = {name: _paths_inside(given[name], (inside or {}).get(name, ())) for name in names}
+    paths = ", ".join(folders[name] or given[name] for name in names)
     if not paths:
         return ""
     return f"written: {paths}" if designed else f"not written, for there is no design: {paths}"
+
+
+def _paths_inside(folder: str, names: Sequence[str]) -> str:
+    """List the paths of files in a folder: of many the first, and how many there are."""
+    from kinematics.wording import MAX_NAMES, first_names
+
+    paths = first_names([os.path.join(folder, name) for name in names])
+    return f"{paths} ({len(names)} files in {folder})" if len(names) > MAX_NAMES else paths
 
 
 def join_remarks(*remarks: str) -> str:

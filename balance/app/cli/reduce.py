@@ -301,7 +301,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             *_implausible_budget(arguments, best.space.linkage),
         ),
         join_remarks(
-            random_motions_remark(arguments, best.space.linkage),
+            random_motions_remark(arguments, best.space.linkage, best.motions),
             describe_written(arguments, best.z is not None),
         ),
         lambda: added_matter_files(arguments, front.designs[-1], front, parts),

@@ -113,28 +113,36 @@ def _run(arguments: argparse.Namespace) -> Answer:
         check_folder(arguments.out)
     with progress_bar("steps of the search") as advance:
         request = _request(arguments, advance)
-        from balance.masses.remedies.compare import compare_request
+        from balance.masses.remedies.compare import compare_request, remedy_files
 
         comparison = compare_request(request, arguments.only, _print_result, arguments.workers)
     from balance.app.answers.text.remedies import remedies_body
 
-    comparison = replace(comparison, following=_following(arguments, comparison))
     bodies = request.linkage.body_names
     links = [] if arguments.links else list(bodies) if ALL in bodies else [ALL]
-    reduce = reduce_command(arguments, request.given_mass, links)
+    comparison = replace(
+        comparison,
+        following=_following(arguments, comparison),
+        reduce=reduce_command(arguments, request.given_mass, links),
+    )
     helps = any(applied.helps for applied in comparison.results)
     undrawn = [] if helps else ["out", "plot"]
     unwritten = ", ".join(filter(None, (getattr(arguments, name) for name in undrawn)))
     return Answer(
         DONE if comparison.verdict == "partial" else verdict_code(comparison.verdict),
         comparison.to_dict,
-        lambda: remedies_body(comparison, reduce),
+        lambda: remedies_body(comparison),
         (
             *comparison.request.space.warnings,
             *note_implausible_masses(request.linkage, [("--budget ", arguments.budget or 0.0)]),
         ),
         join_remarks(
-            describe_written(arguments, True, without=undrawn),
+            describe_written(
+                arguments,
+                True,
+                without=undrawn,
+                inside={"out": [*remedy_files(comparison.results)]},
+            ),
             f"not written, for no remedy helps: {unwritten}" if unwritten else "",
             _describe_tables(arguments.out, comparison),
         ),

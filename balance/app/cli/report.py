@@ -233,7 +233,10 @@ def _report(arguments: argparse.Namespace) -> _ModelReport:
     if arguments.exact:
         space, exact = _add_exact_ranks(space)
     report = _describe(space, exact, arguments)
-    report = report._replace(following=_following(arguments, space.can_balance.verb))
+    report = report._replace(
+        following=_following(arguments, space.can_balance.verb),
+        alternative=_following(arguments, _second_verb(space, arguments)),
+    )
     answers = [space, *([report.decoupling.freed] if report.decoupling else [])]
     missing = [notice for answer in answers for notice in _missing_certainty(answer, arguments)]
     complete = arguments.max_order is not None or all(answer.settled for answer in answers)
@@ -258,6 +261,13 @@ def _following(arguments: argparse.Namespace, verb: str) -> str:
     # A design for one pose asks for no more than its conditions, others for all there are.
     words += ["--max-order", "0"] * (verb == "design" and arguments.max_order == 0)
     return shlex.join(words)
+
+
+def _second_verb(space: DesignSpace, arguments: argparse.Namespace) -> str:
+    """Name the command that says what to build in, where the design may find no masses."""
+    is_open = space.can_balance.verb == "design" and space.as_given.balanced is False
+    in_any_motion = not space.requirements and arguments.max_order is None
+    return "remedies" if is_open and in_any_motion else ""
 
 
 def _model_word(model: str | Document) -> str:

@@ -41,6 +41,7 @@ from kinematics.errors import FileError, LinkageError, UsageError, WorkerError
 
 if TYPE_CHECKING:
     from balance.app.answers.text.sweep import Data
+    from balance.app.answers.text.sweep_run import NoAnswerRemedy
     from balance.studies.runs.chunk_runs import RunSummary
     from balance.studies.runs.results_file import ResultsFile
     from balance.studies.sweeps.job import SweepJob
@@ -49,8 +50,8 @@ logger = logging.getLogger(__name__)
 
 # Before a column of --best: its largest value is the best.
 LARGEST = "max:"
-# Options that a request for the forces alone does without.
-OF_RESULTS = {"--balance": 1, "--out": 1, "--resume": 0}
+# Options that another request of the same model does without.
+OF_RESULTS = {"--out": 1, "--resume": 0}
 # What to write in place of options of other commands.
 ELSEWHERE = {
     "--links": "write --counterweights L1,L2, or --reduce L1,L2 --budget KG",
@@ -104,8 +105,8 @@ def add_run(kinds: Verbs) -> None:
     parser.set_defaults(run=_compute)
     parser.elsewhere = ELSEWHERE
     parser.add_examples(
-        "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10",
-        "balance sweep run robot.urdf --vary coupler.length=0.8:1.2:10 \\\n"
+        "balance sweep run robot.urdf --vary coupler.length=800mm:1200mm:10",
+        "balance sweep run robot.urdf --vary coupler.length=800mm:1200mm:10 \\\n"
         "    --counterweights crank,rocker --balance force --speed 300rpm \\\n"
         "    --table sweep.xlsx --best rms_moment_after=best.urdf",
         "balance sweep run study.toml --out study.db --resume",
@@ -153,8 +154,8 @@ def _compute(arguments: argparse.Namespace) -> Answer:
         summary = _compute_chunks(arguments, job, file)
         best = _write_best(arguments, file)
         data = run_data(file, job, summary, best)
-        force_row = None if data["answered"] else _row_of_forces(job, file)
-        lines = _next_lines(arguments, file, data, force_row)
+        remedy = None if data["answered"] else _find_remedy(job, file)
+        lines = _next_lines(arguments, file, data, remedy)
         if arguments.table is not None:
             with progress_bar("rows", True) as advance:
                 export_table(file, arguments.table, advance)
@@ -162,9 +163,10 @@ def _compute(arguments: argparse.Namespace) -> Answer:
     return Answer(
         NEGATIVE if no_best or not data["answered"] else DONE,
         lambda: data,
-        lambda: run_body(data, lines, is_study(arguments), force_row),
+        lambda: run_body(data, lines, is_study(arguments), remedy),
         remark=join_remarks(
             describe_written(arguments, True, without=("out", *["best"] * no_best)),
+            _empty_table_text(arguments.table, data),
             _kept_results_text(arguments, file),
         ),
     )
@@ -274,6 +276,23 @@ def _check_column(job: SweepJob, name: str) -> None:
         )
 
 
+def _empty_table_text(table: str | None, data: Mapping[str, Any]) -> str:
+    """Say what a table of rows without answers is good for."""
+    if table is None or data["answered"]:
+        return ""
+    why = "its column reason says why, row by row"
+    return f"no row of {clean(table, 1000)} has all answers: {why}"
+
+
+def _find_remedy(job: SweepJob, file: ResultsFile) -> NoAnswerRemedy:
+    """Find what gives a study without an answer some: the force alone, or other ranges."""
+    from balance.app.answers.text.sweep_run import NoAnswerRemedy
+    from balance.studies.sweeps.answered_ranges import answered_ranges
+
+    row = _row_of_forces(job, file)
+    return NoAnswerRemedy(row, {} if row is not None else answered_ranges(job))
+
+
 def _row_of_forces(job: SweepJob, file: ResultsFile) -> int | None:
     """Find a row without masses that balance all shaking, which has masses for the force.
 
@@ -304,21 +323,20 @@ def _next_lines(
     arguments: argparse.Namespace,
     file: ResultsFile,
     data: Mapping[str, Any],
-    force_row: int | None,
+    remedy: NoAnswerRemedy | None,
 ) -> list[str]:
     """List commands that lead on from the results.
 
     Args:
         data: from `balance.app.answers.text.sweep_run.run_data`.
-        force_row: from `_row_of_forces`.
+        remedy: from `_find_remedy`; None if rows have answers.
     """
     from balance.app.answers.text.sweep import REASON
 
     path, best = shlex.quote(data["file"]), data["best"]
     lines = []
-    if force_row is not None and not is_study(arguments):
-        kept = without_options(arguments.words, OF_RESULTS)
-        lines.append(shlex.join(["balance", "sweep", "run", *kept, "--balance", "force"]))
+    if remedy is not None and not is_study(arguments):
+        lines += _remedied_command(arguments, remedy)
     if best is not None and best["row"] is not None:
         crank, speed = arguments.speed or ("", "")
         motion = shlex.quote(f"{crank}={speed}" if crank else speed)
@@ -334,6 +352,24 @@ def _next_lines(
     if not is_study(arguments) and arguments.write_study is None:
         lines.append("the same command with --write-study study.toml, a file to edit")
     return lines
+
+
+def _remedied_command(arguments: argparse.Namespace, remedy: NoAnswerRemedy) -> list[str]:
+    """Write the same request with what gives it answers; empty if nothing is known to."""
+    words = without_options(arguments.words, OF_RESULTS)
+    if remedy.force_row is not None:
+        changed = [*without_options(words, {"--balance": 1}), "--balance", "force"]
+    elif remedy.ranges and {*remedy.ranges} <= {path for path, _ in arguments.vary}:
+        ranges = {
+            path: ",".join(map(str, x)) if isinstance(x, list) else str(x)
+            for path, x in arguments.vary
+        }
+        ranges.update(remedy.ranges)
+        varied = (["--vary", f"{path}={text}"] for path, text in ranges.items())
+        changed = [*without_options(words, {"--vary": 1}), *chain.from_iterable(varied)]
+    else:
+        return []
+    return [shlex.join(["balance", "sweep", "run", *changed])]
 
 
 def _best_file(text: str) -> BestFile:

@@ -66,8 +66,8 @@ def add_study_options(parser: Parser) -> None:
         type=_varied,
         default=[],
         metavar="PATH=RANGE",
-        help="coupler.length=0.8:1.2:10 (10 values), or =0.8,0.9m; repeatable; "
-        "without it, the lengths of the model are listed",
+        help="coupler.length=800mm:1200mm:10 (10 values), or =0.8,0.9 (metres); "
+        "repeatable; without it, the lengths of the model are listed",
     )
     study.add_argument(
         "--counterweights",
@@ -297,7 +297,7 @@ def _with_options(error: FileError, arguments: argparse.Namespace) -> FileError:
 
 def _vary_text(arguments: argparse.Namespace) -> str:
     """Write an example of ``--vary``, with the lengths of the model if it can be read."""
-    example = "coupler.length=0.8:1.2:10"
+    example = "coupler.length=800mm:1200mm:10"
     from balance.studies.sweeps.parameter_paths import PathError, read_sites
     from kinematics.loading.model_gallery import load
 
@@ -349,7 +349,7 @@ def _varied(text: str) -> tuple[str, Any]:
     path, _, words = text.partition("=")
     if not path.strip() or not words.strip():
         raise argparse.ArgumentTypeError(
-            f"'{text}' is not PATH=RANGE, such as coupler.length=0.8:1.2:10"
+            f"'{text}' is not PATH=RANGE, such as coupler.length=800mm:1200mm:10"
         )
     value = _toml_value(words.strip())
     if isinstance(value, str) and "," in value:

@@ -136,7 +136,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             lambda: _data(results) | ({"holding": held[0].to_dict()} if held else {}),
             lambda: [*verification_body(results), *holding_body(held)],
             _notices(results),
-            random_motions_remark(arguments, results[0].linkage),
+            random_motions_remark(arguments, results[0].linkage, results[0].motions),
             prepare_files,
         )
     return Answer(
@@ -158,7 +158,7 @@ def _with_tolerances(
 
     spread = shaking_tolerance(
         result.linkage,
-        motions=[run.trajectory for run in result.runs],
+        motions=result.motions,
         about=result.point,
         seed=arguments.seed or 0,
         **arguments.tolerance,
@@ -168,7 +168,7 @@ def _with_tolerances(
         lambda: _data([result]) | {"tolerances": spread.to_dict()},
         lambda: [*verification_body([result]), "", *tolerance_body(spread)],
         result.notices,
-        random_motions_remark(arguments, result.linkage),
+        random_motions_remark(arguments, result.linkage, result.motions),
         prepare_files,
     )
 

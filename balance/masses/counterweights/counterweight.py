@@ -12,6 +12,7 @@ from balance.masses.counterweights.lumps import Lumps
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.space.inertial_parameters.conversions import mass_properties
+from balance.support.change_text import MASS_FORM
 from balance.support.mass_table import MassTable, mass_table
 from balance.support.materials import MATERIALS
 from balance.support.tolerances import ARM_ZERO, CUT_BY_PLANE, MASSES_EQUAL, PLACED_AS_TAKEN
@@ -269,13 +270,20 @@ def net_mass(weights: Sequence[Counterweight], moved: Mapping[str, float]) -> fl
 
 
 def change_words(
-    weights: Sequence[Counterweight], moved: Mapping[str, float], given_mass: float
+    weights: Sequence[Counterweight],
+    moved: Mapping[str, float],
+    given_mass: float,
+    form: str = MASS_FORM,
 ) -> str:
-    """Say what is moved and added, before a verb: ``2 kg added to 5 kg``."""
+    """Say what is moved and added, before a verb: ``2 kg added to 5 kg``.
+
+    Args:
+        form: format of the added mass.
+    """
     net = net_mass(weights, moved)
     if not any(moved.values()):
-        return f"{number_text(net)} kg added to {number_text(given_mass)} kg"
-    added = f"{number_text(net)} kg" if net else "nothing"
+        return f"{number_text(net, form)} kg added to {number_text(given_mass)} kg"
+    added = f"{number_text(net, form)} kg" if net else "nothing"
     return f"{moved_text(moved)}, with {added} added to {number_text(given_mass)} kg,"
 
 

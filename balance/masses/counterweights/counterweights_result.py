@@ -29,7 +29,7 @@ from balance.masses.counterweights.write_counterweights import counterweights_fi
 from balance.masses.designs.feasibility import Verdict
 from balance.space.inertial_parameters.conversions import LABELS, PLANAR_LABELS
 from balance.space.spaces.design_space import DesignSpace, balanced_text
-from balance.support.change_text import mass_added_text
+from balance.support.change_text import MASS_FORM, mass_added_text
 from balance.support.mass_table import MassTable
 from balance.support.result_files import WithPage, WithPicture
 from kinematics.numerics.array_types import Array
@@ -44,6 +44,9 @@ MOST_ADDED = 100.0
 # Density of osmium, kg/m³: no metal is denser.
 DENSEST = 22_590.0
 COUNTERWEIGHTS_SCHEMA = "balance.counterweights/1"
+# Format of an added mass where moments of inertia are least: the optimum is known to 1e-4, and
+# flat.
+ROUGH_FORM = ".3g"
 
 
 @dataclass(frozen=True)
@@ -208,7 +211,18 @@ class Counterweights(WithPage, WithPicture):
     @property
     def change(self) -> str:
         """What is moved and added, in words."""
-        return change_words(self.weights, self.moved, self.given_mass)
+        return change_words(self.weights, self.moved, self.given_mass, self.mass_form)
+
+    @property
+    def roughly_known(self) -> bool:
+        """Whether the optimum is known to `FILLING_GAP` alone: inertia of filled parts."""
+        filled = any(weight.form is not None for weight in self.weights)
+        return filled and self.minimise == "inertia"
+
+    @property
+    def mass_form(self) -> str:
+        """Format of the added mass, by the digits that are known."""
+        return ROUGH_FORM if self.roughly_known else MASS_FORM
 
     @property
     def price_of_moving(self) -> float:
@@ -263,7 +277,9 @@ class Counterweights(WithPage, WithPicture):
                 return f"It is undecided whether {kind}s on {links} balance the linkage."
             return f"It is undecided whether matter added to {links} balances the linkage."
         moved = moved_text(self.moved)
-        added = f"{moved}, {mass_added_text(self.added_mass)}".removeprefix(", ")
+        added = f"{moved}, {mass_added_text(self.added_mass, self.mass_form)}".removeprefix(
+            ", "
+        )
         if self.along is not None:
             return f"{self.along.words}, {added}.{sliver_sentence(self.weights)}"
         text = balanced_text(self.space)

@@ -80,6 +80,7 @@ class RemedyComparison(WithPage, WithPicture):
         own_masses: whether masses of the links of the linkage can balance it.
         results: results in the order of the catalogue.
         following: the command that comes next, with what was asked; empty without one.
+        reduce: the command for the least shaking, with what was asked; empty without one.
     """
 
     page_maker = "remedies:remedies_page"
@@ -89,6 +90,7 @@ class RemedyComparison(WithPage, WithPicture):
     own_masses: Feasibility
     results: tuple[AppliedRemedy, ...]
     following: str = ""
+    reduce: str = ""
 
     def __repr__(self) -> str:
         """Up to four lines: the linkage, and which remedies help."""

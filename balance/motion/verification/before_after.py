@@ -82,7 +82,7 @@ def compare_masses(
         LinkageError: see `balance.verify`.
     """
     before = verify(linkage, motion=motion, balance=balance, motions=motions, about=about)
-    followed = [run.trajectory for run in before.runs]
+    followed = before.motions
     after = verify(linkage, z, balance=balance, motions=followed, about=about)
     crank = crank_of(linkage, followed[0]) if len(followed) == 1 else None
     return BeforeAfter(

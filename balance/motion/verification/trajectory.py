@@ -222,6 +222,16 @@ def random_motions(
                 )
 
 
+def input_reach(linkage: Linkage, trajectories: Iterable[Trajectory]) -> dict[str, float]:
+    """Find the largest displacement of each input in motions, from the reference pose.
+
+    Returns:
+        Radians or metres, by the name of the input.
+    """
+    sizes = np.max([np.abs(each.u).max(axis=0) for each in trajectories], axis=0)
+    return dict(zip(linkage.inputs, sizes.tolist(), strict=True))
+
+
 def _largest_rate(chain: Chain) -> float:
     """Compute the largest joint rate at the reference pose, for unit rates of the inputs."""
     series = expand_from(chain, chain.screws, np.zeros((1, chain.width)), 0)

@@ -16,7 +16,7 @@ from balance.motion.motion_tolerances import (
 from balance.motion.verification.crank_revolution import Crank
 from balance.motion.verification.harmonics import harmonic_peaks
 from balance.motion.verification.run import PARTS, Run
-from balance.motion.verification.trajectory import singularity_remark
+from balance.motion.verification.trajectory import Trajectory, input_reach, singularity_remark
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from kinematics.model.linkage import Linkage, Notice
@@ -334,10 +334,14 @@ class Verification(WithPage, WithPicture):
         return max(run.trajectory.duration for run in self.runs)
 
     @property
+    def motions(self) -> list[Trajectory]:
+        """The motions of all runs."""
+        return [run.trajectory for run in self.runs]
+
+    @property
     def amplitude(self) -> dict[str, float]:
         """Largest displacement of each input from the reference pose, radians or metres."""
-        peaks = np.max([np.abs(run.trajectory.u).max(axis=0) for run in self.runs], axis=0)
-        return dict(zip(self.linkage.inputs, peaks.tolist(), strict=True))
+        return input_reach(self.linkage, self.motions)
 
     def _peak(self, name: str, part: slice) -> float:
         """Compute the largest norm of a part of a wrench in all runs."""
@@ -370,7 +374,7 @@ class Verification(WithPage, WithPicture):
                 "wrenches are not determined by rigid bodies; bearing forces are those of "
                 "least norm over all joints"
             )
-        if near := singularity_remark(run.trajectory for run in self.runs):
+        if near := singularity_remark(self.motions):
             way_out = "" if self.decided else "; verify motions that stay clear of it"
             remarks.append(near + way_out)
         if self.crank is not None and not self.crank.periodic:

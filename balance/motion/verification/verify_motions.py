@@ -201,7 +201,7 @@ def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> 
         return verify(linkage, **{"speed": first.crank.speed, **options})
     if linkage.inputs == first.linkage.inputs:
         with suppress(PoseError):
-            given = [run.trajectory for run in first.runs]
+            given = first.motions
             motions = [
                 replace(
                     drive(

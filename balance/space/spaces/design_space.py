@@ -304,6 +304,7 @@ class DesignSpace(SpaceData, WithPage, LaterFields):
             "verdict": self.can_balance.verdict,
             "sentence": self.can_balance.sentence,
             "next": None,
+            "alternative": None,
             "model": linkage.name,
             "at": linkage.at,
             "algebra": "planar" if self.planar else "spatial",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +65,7 @@ def report_page(report: Report, meshes: bool = True) -> str:
     """
     space = report.space
     explanation = report.explanation or explain(space)
-    following = [("next", report.following)] if report.following else []
+    commands = [("next", report.following), ("or", report.alternative)]
     report = report._replace(explanation=explanation, exact=None)
     shapes = robot_shapes(space.linkage) if meshes else ()
     drawing = scene(space.linkage, space.motion, space.idle, shapes) | {
@@ -82,7 +83,9 @@ def report_page(report: Report, meshes: bool = True) -> str:
         data={"scene": drawing},
         scripts=SCRIPTS,
         warnings=_warning_section(space.warnings),
-        facts=facts_list([*following, *report_facts(space, report.change)]),
+        facts=facts_list(
+            [*filter(itemgetter(1), commands), *report_facts(space, report.change)]
+        ),
         orders=rows_table(report_table(space), range(3)),
         transfers=_transfer_table(explanation.transfers),
         freedoms=_freedom_table(explanation.freedoms),

@@ -35,8 +35,8 @@ from kinematics.wording import number_text, size_text
 UNITS = {"mass": "kg", "inertia": "kg m²", "rotor": "kg m²"}
 CUBIC_CENTIMETRES = 1e6
 DIGITS = 5
-# The same where moments of inertia are least, and those of the moments then: the optimum is
-# known to 1e-4, and flat.
+# The same where moments of inertia are least, see `Counterweights.roughly_known`, and those of
+# the moments then.
 ROUGH_DIGITS, MOMENT_DIGITS = 3, 2
 # Added mass, over the given mass, above which partial balance is named.
 MUCH_ADDED = 3.0
@@ -68,8 +68,7 @@ def counterweights_facts(
         pairs.append(("moment", _moment_text(counterweights)))
     if counterweights.along is not None:
         pairs.append(("about", about_text(counterweights.along.before)))
-        trajectories = (run.trajectory for run in counterweights.along.before.runs)
-        if near := singularity_remark(trajectories):
+        if near := singularity_remark(counterweights.along.before.motions):
             pairs.append(("note", near))
     if counterweights.verdict == "infeasible":
         pairs += other_ways(space.balance, reduce)
@@ -81,7 +80,7 @@ def counterweights_facts(
             (f"region {name}", region.words + default * (name in counterweights.chosen))
         )
     if counterweights.value is not None:
-        floor = FILLING_GAP if _roughly_known(counterweights) else MASSES_EQUAL
+        floor = FILLING_GAP if counterweights.roughly_known else MASSES_EQUAL
         gap = size_text(counterweights.gap or 0.0, floor=floor)
         what = _objective_text(counterweights)
         webs = any(weight.web is not None for weight in counterweights.weights)
@@ -93,7 +92,7 @@ def counterweights_facts(
             else 0.0
         )
         added = (
-            f"{number_text(counterweights.added_mass, f'.{_digits_of(counterweights)}g')} kg, "
+            f"{number_text(counterweights.added_mass, counterweights.mass_form)} kg, "
             f"{number_text(share, '.3g')} "
             "times the given mass"
         )
@@ -128,9 +127,8 @@ def _moment_text(counterweights: Counterweights) -> str:
 def _objective_text(counterweights: Counterweights) -> str:
     """Say what was minimised, with the price of mass, and its value."""
     name, unit = counterweights.minimise, UNITS[counterweights.minimise]
-    digits = _digits_of(counterweights)
     value, whole = (
-        number_text(x or 0.0, f".{digits}g")
+        number_text(x or 0.0, counterweights.mass_form)
         for x in (counterweights.value, counterweights.priced)
     )
     moving = f" + {number_text(counterweights.price_of_moving)}"
@@ -141,17 +139,6 @@ def _objective_text(counterweights: Counterweights) -> str:
     price = f" + {number_text(counterweights.price)} m² × added mass"
     what = f"{name}{price if counterweights.price else ''}{moving}"
     return f"{what}: {whole} {unit}, of which {name} {value} {unit}"
-
-
-def _roughly_known(counterweights: Counterweights) -> bool:
-    """Whether the optimum is known to `FILLING_GAP` alone: inertia of filled parts."""
-    filled = any(weight.form is not None for weight in counterweights.weights)
-    return filled and counterweights.minimise == "inertia"
-
-
-def _digits_of(counterweights: Counterweights) -> int:
-    """Return the number of digits to which an optimum is written."""
-    return ROUGH_DIGITS if _roughly_known(counterweights) else DIGITS
 
 
 def moved_facts(moved: Mapping[str, float]) -> list[tuple[str, str]]:
@@ -355,11 +342,11 @@ def counterweights_body(
     lead = [f"Next: {following}"] if following else []
     body: list[AnswerPart] = [counterweights.sentence, *lead, "", facts]
     if counterweights.z is not None:
-        digits = _digits_of(counterweights)
+        digits = ROUGH_DIGITS if counterweights.roughly_known else DIGITS
         rows = counterweight_rows(counterweights.weights, counterweights.regions, digits=digits)
         body += ["", AnswerTable(rows)]
     body += part_lines(counterweights.weights)
-    moment_digits = MOMENT_DIGITS if _roughly_known(counterweights) else DIGITS
+    moment_digits = MOMENT_DIGITS if counterweights.roughly_known else DIGITS
     for weight in counterweights.weights:
         if not weight.lumps:
             moments = vector_digits(weight.inertia[ENTRIES], moment_digits)

@@ -27,8 +27,8 @@ from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
 from balance.motion.verification.crank_revolution import TURN, Crank
-from balance.motion.verification.trajectory import singularity_remark
-from balance.support.change_text import grows
+from balance.motion.verification.trajectory import input_reach, singularity_remark
+from balance.support.change_text import LOAD_FORM, MASS_FORM, grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import GROUND
 from kinematics.wording import number_text, size_text, unit_text, vector_text
@@ -40,7 +40,6 @@ DIGITS = 4
 STEADY = 1e-9
 # Part of the added mass to which the masses of links are known: the least shaking is flat.
 FLAT_GAP = 1e-4
-FORM = f".{DIGITS}g"
 # Options that a line names at most.
 MOST_OPTIONS = 3
 
@@ -92,10 +91,8 @@ def _motion_fact(front: ParetoFront) -> tuple[str, str]:
     linkage, motions = front.designs[0].space.linkage, front.designs[0].motions
     if crank := _steady_crank(front.designs[0]):
         return "motion", crank.words
-    size = np.max([np.abs(motion.u).max(axis=0) for motion in motions], axis=0)
-    sizes = dict(zip(linkage.inputs, size.tolist(), strict=True))
     duration = f"{number_text(max(motion.duration for motion in motions))} s"
-    amplitude = f"amplitude {amplitude_text(linkage, sizes)}"
+    amplitude = f"amplitude {amplitude_text(linkage, input_reach(linkage, motions))}"
     if len(motions) == 1:
         return "motion", f"of {duration}, {amplitude}"
     return "motions", f"{len(motions)} of {duration} each, {amplitude}"
@@ -127,7 +124,7 @@ def _shaking_facts(
             least = best.round_off_of(name)
             scale = max(sizes[0], least / SHAKING_GAP_PROVED)
             before, after = (
-                unit_text(size, unit, FORM, scale, SHAKING_GAP_PROVED, max(sizes))
+                unit_text(size, unit, LOAD_FORM, scale, SHAKING_GAP_PROVED, max(sizes))
                 for size in sizes
             )
             growth = _growth_text(front, name) if grows(*sizes, least) else ""
@@ -284,7 +281,7 @@ def _rounding_text(best: PartialBalance) -> str:
 
 def _remaining_load_text(after: float, before: float) -> str:
     """Write what is left of a load, as a bound if it is less than the solver's accuracy."""
-    return size_text(after, FORM, before, SHAKING_GAP_PROVED)
+    return size_text(after, LOAD_FORM, before, SHAKING_GAP_PROVED)
 
 
 def _drives(best: PartialBalance) -> list[tuple[str, str]]:
@@ -297,13 +294,14 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
         mass, what, load = (
             ("kg", "force", "N") if name in slides else ("kg m²", "torque", "N m")
         )
+        sizes = torque[name], after[name]
+        first, then = (unit_text(x, load, LOAD_FORM, beside=max(sizes)) for x in sizes)
         pairs.append(
             (
                 f"input {name}",
                 f"inertia {number_text(inertia[name])} {mass} before, "
                 f"{number_text(best.shaking.inertia[name])} {mass} after; peak "
-                f"{what} {unit_text(torque[name], load, beside=after[name])} before, "
-                f"{unit_text(after[name], load, beside=torque[name])} after",
+                f"{what} {first} before, {then} after",
             )
         )
     return pairs
@@ -332,14 +330,14 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [head]
     for design in front.designs:
         if design.shaking is None:
-            rows.append((number_text(design.budget, FORM), *[MISSING] * 5, design.verdict))
+            rows.append((number_text(design.budget, MASS_FORM), *[MISSING] * 5, design.verdict))
             continue
         given, torque = design.given, max(design.shaking.torque.values(), default=0.0)
         loads = (
             _remaining_load_text(getattr(design.shaking, name), getattr(given, name))
             for name in ("objective", "force", "moment")
         )
-        mass, torque_text = (number_text(x, FORM) for x in (design.mass, torque))
+        mass, torque_text = number_text(design.mass, MASS_FORM), number_text(torque, LOAD_FORM)
         filled = max(_filled(design).values(), default=0.0)
         room = number_text(100.0 * filled, ".3g") if filled else MISSING
         rows.append((mass, *loads, torque_text, room, design.verdict))

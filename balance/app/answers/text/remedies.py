@@ -13,10 +13,11 @@ from balance.app.answers.text.design import REDUCE
 from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.compare import COPIES, ON_LINKS, TORQUE_ALONE, RemedyComparison
+from balance.support.change_text import LOAD_FORM
 from kinematics.numerics.tolerances import POSE_DETERMINED
 from kinematics.wording import count_noun, number_text, size_text
 
-DIGITS = 4
+FORM = ".4g"
 NONE = "-"
 # What is said below a command that adds point masses, as the table has them.
 IN_STEEL = (
@@ -62,12 +63,8 @@ UNITS = (
 )
 
 
-def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[tuple[str, str]]:
-    """List the facts on a comparison as pairs of label and value.
-
-    Args:
-        reduce: the command for the least shaking.
-    """
+def remedies_facts(comparison: RemedyComparison) -> list[tuple[str, str]]:
+    """List the facts on a comparison as pairs of label and value."""
     request = comparison.request
     pairs = linkage_facts(request.linkage, f"{request.balance} balance", request.motion)
     matter = "point masses, of any density (--density steel sets a limit)"
@@ -75,12 +72,12 @@ def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[t
         matter = f"at most {number_text(request.density)} kg/m³"
     pairs += [
         ("mobility", str(request.freedoms)),
-        ("mass", f"{number_text(request.given_mass, f'.{DIGITS}g')} kg in moving links"),
+        ("mass", f"{number_text(request.given_mass, FORM)} kg in moving links"),
         ("other masses", _other_masses_text(comparison)),
         ("added matter", matter),
         (
             "rotors",
-            f"radius {number_text(request.rotor_radius, f'.{DIGITS}g')} m, "
+            f"radius {number_text(request.rotor_radius, FORM)} m, "
             f"gear {request.gear:g} (bounds: larger ones take no more mass)",
         ),
     ]
@@ -91,7 +88,7 @@ def remedies_facts(comparison: RemedyComparison, reduce: str = REDUCE) -> list[t
         if words:
             pairs.append(("other ways", "; ".join(words)))
         in_steel = ", in steel" * (request.density is None)
-        pairs.append((f"reduce{in_steel}", reduce))
+        pairs.append((f"reduce{in_steel}", comparison.reduce or REDUCE))
     return pairs
 
 
@@ -181,7 +178,7 @@ def _in_practice(comparison: RemedyComparison) -> str:
     """Say which partial balance one builds, then a semicolon; empty if there is none."""
     given, ways = comparison.request.given_mass, []
     for way in _less_shaking(comparison):
-        ratio = number_text(way.added_mass_with_gears / given, ".2g")
+        ratio = number_text(way.added_mass_with_gears / given, FORM)
         points = way.remedy in ON_LINKS and comparison.request.density is None
         added = f"{way.added_text}{' of point masses' * points} added"
         cost = f"{added}, {ratio} times the mass of the linkage"
@@ -202,14 +199,14 @@ def _why_unbuilt(comparison: RemedyComparison) -> str:
 def _cost_text(comparison: RemedyComparison, applied: AppliedRemedy) -> str:
     """Say what a remedy adds, and of copies how many parts and how much room."""
     ratio = applied.added_mass_with_gears / comparison.request.given_mass
-    text = f"{applied.added_text}, {number_text(ratio, '.2g')} times the mass of the linkage"
+    text = f"{applied.added_text}, {number_text(ratio, FORM)} times the mass of the linkage"
     if applied.remedy in COPIES:
         text += (
             f", {count_noun(len(applied.new_links), 'link')} and "
             f"{count_noun(len(applied.new_joints), 'joint')}"
         )
         if applied.built is not None and applied.built.width_ratio is not None:
-            text += f", at {number_text(applied.built.width_ratio, '.2g')} times the width"
+            text += f", at {number_text(applied.built.width_ratio, FORM)} times the width"
     return text
 
 
@@ -217,7 +214,7 @@ def _shaking_text(applied: AppliedRemedy) -> str:
     """Say what shaking is left: a part of the inertia, or of what is in the file."""
     if applied.residual is None:
         return NONE
-    size = size_text(applied.residual, floor=POSE_DETERMINED)
+    size = size_text(applied.residual, LOAD_FORM, floor=POSE_DETERMINED)
     if applied.verdict != "partial":
         return size
     if applied.remedy in TORQUE_ALONE:
@@ -236,7 +233,10 @@ def _ratios(details: Mapping[str, Any]) -> list[str]:
         for part in ("force", "moment")
         if details.get(f"{part}_before")
     )
-    return [f"{part} × {size_text(ratio, floor=POSE_DETERMINED)}" for part, ratio in ratios]
+    return [
+        f"{part} × {size_text(ratio, LOAD_FORM, floor=POSE_DETERMINED)}"
+        for part, ratio in ratios
+    ]
 
 
 def remedy_rows(
@@ -278,7 +278,7 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
         return (applied.short, applied.verdict, *[NONE] * (len(HEAD) - 2))
     built = applied.built
     numbers = (
-        NONE if value is None else number_text(value, f".{DIGITS}g", given_mass)
+        NONE if value is None else number_text(value, FORM, given_mass)
         for value in (
             applied.added_mass,
             applied.mass_ratio,
@@ -293,7 +293,7 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     return (applied.short, applied.verdict, *numbers, *map(str, counts), shaking)
 
 
-def remedies_body(comparison: RemedyComparison, reduce: str = REDUCE) -> AnswerBody:
+def remedies_body(comparison: RemedyComparison) -> AnswerBody:
     """Build what is printed on a comparison: the answer, the next command, facts, and costs.
 
     Where all remedies were tried, those that do not help are named without their reasons.
@@ -310,7 +310,7 @@ def remedies_body(comparison: RemedyComparison, reduce: str = REDUCE) -> AnswerB
         remedies_sentence(comparison),
         *following_lines(comparison),
         "",
-        Facts(remedies_facts(comparison, reduce)),
+        Facts(remedies_facts(comparison)),
         "",
         *table,
         *reasons,
@@ -345,8 +345,8 @@ def _trade_offs(comparison: RemedyComparison) -> AnswerBody:
     rows = [
         (
             applied.short,
-            number_text(point.added_mass, f".{DIGITS}g", given),
-            number_text(point.inertia, f".{DIGITS}g"),
+            number_text(point.added_mass, FORM, given),
+            number_text(point.inertia, FORM),
             f"{point.gear:g}",
             size_text(point.gap, ".1e", floor=GAP_DETERMINED),
         )

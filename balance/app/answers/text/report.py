@@ -119,6 +119,7 @@ def report_body(report: Report) -> AnswerBody:
     body: list[AnswerPart] = [
         report.space.can_balance.sentence,
         *([f"Next: {report.following}"] if report.following else []),
+        *([f"      {report.alternative}"] if report.alternative else []),
         "",
         Facts(report_facts(report.space, report.change), least=13),
         "",

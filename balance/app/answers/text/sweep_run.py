@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,6 +32,18 @@ from kinematics.wording import count_noun, number_text
 
 # Rows of the table: all of a file that has no more than these, or so many of the first.
 MOST_ROWS, FIRST_ROWS = 25, 10
+
+
+class NoAnswerRemedy(NamedTuple):
+    """What gives a study answers of which no row has all.
+
+    Attributes:
+        force_row: a row that has an answer for the forces alone; None if none is known.
+        ranges: ranges whose ends have answers, by path, in place of those given; may be empty.
+    """
+
+    force_row: int | None
+    ranges: Mapping[str, str]
 
 
 def run_data(file: ResultsFile, job: SweepJob, summary: RunSummary, best: Data | None) -> Data:
@@ -64,7 +77,7 @@ def run_data(file: ResultsFile, job: SweepJob, summary: RunSummary, best: Data |
 
 
 def run_body(
-    run: Data, lines: Sequence[str], of_study: bool, force_row: int | None = None
+    run: Data, lines: Sequence[str], of_study: bool, remedy: NoAnswerRemedy | None = None
 ) -> AnswerBody:
     """Build what is printed on a run: facts, the rows, and commands that lead on.
 
@@ -72,7 +85,7 @@ def run_body(
         run: from `run_data`.
         lines: the commands.
         of_study: whether the request is the file of a study, whose entries change it.
-        force_row: a row that has an answer for the forces alone, if it was sought and is there.
+        remedy: what was sought for a study without an answer.
     """
     units = [column["unit"] for column in run["columns"]]
     facts = [*file_facts(run), *_progress_facts(run), *_model_facts(run)]
@@ -90,7 +103,7 @@ def run_body(
     facts += _best_facts(run)
     body: list[AnswerPart] = [Facts(facts)]
     if not run["answered"]:
-        body[:0] = [_no_answer_text(run, of_study, force_row), ""]
+        body[:0] = [_no_answer_text(run, of_study, remedy or NoAnswerRemedy(None, {})), ""]
     if run["table"]:
         shown = [column for column in run["columns"] if _is_shown(column, run["results"])]
         body += ["", _table(run, shown)]
@@ -275,17 +288,31 @@ def _is_inside(column: Data, value: float) -> bool:
     return bool(column["least"] <= value <= column["most"])
 
 
-def _no_answer_text(run: Data, of_study: bool, force_row: int | None) -> str:
+def _no_answer_text(run: Data, of_study: bool, remedy: NoAnswerRemedy) -> str:
     """Say that no row has all answers, and what helps."""
-    words = str(run["reasons"][0]["reason"]) if run["reasons"] else ""
-    if not any(column["name"] == "closed" and column["most"] for column in run["columns"]):
-        return "No geometry closes its loops: vary less, or about the lengths of the model."
+    closed = any(column["name"] == "closed" and column["most"] for column in run["columns"])
+    words = "No geometry closes its loops."
+    if closed:
+        reason = run["reasons"][0]["reason"] if run["reasons"] else ""
+        words = f"No row has all answers: {reason}."
+    if remedy.force_row is not None:
+        option = 'balance = "force" of [compute]' if of_study else "--balance force"
+        only = "asks for the shaking force alone"
+        return f"{words} {option} {only}: row {remedy.force_row} has an answer then."
     columns = {column["name"]: column for column in run["columns"]}
-    if force_row is None:
-        outside = [x for x in run["in_model"] if not _is_inside(columns[x["name"]], x["value"])]
-        values = " and ".join(f"{x['name']}={cell_text(x['value'])}" for x in outside)
-        remedy = f" Vary about the values of the file, {values}." if outside else ""
-        return f"No row has all answers: {words}.{remedy}"
-    option = 'balance = "force" of [compute]' if of_study else "--balance force"
-    remedy = f" {option} asks for the shaking force alone: row {force_row} has an answer then."
-    return f"No row has all answers: {words}.{remedy}"
+    outside = [x for x in run["in_model"] if not _is_inside(columns[x["name"]], x["value"])]
+    values = " and ".join(f"{x['name']}={cell_text(x['value'])}" for x in outside)
+    about = f" Vary about the values of the file, {values}" if outside else ""
+    if remedy.ranges:
+        about = about or " Vary less about the values of the file"
+        return f"{words}{about}: {_ends_text(remedy.ranges, of_study)} have answers."
+    return f"{words}{about}." if about or closed else f"{words} Vary less."
+
+
+def _ends_text(ranges: Mapping[str, str], of_study: bool) -> str:
+    """Name the ends of ranges, or the values that ``they`` are."""
+    if not any(":" in text for text in ranges.values()):
+        return "they"
+    form = '"{}" = "{}"' if of_study else "{}={}"
+    entries = " and ".join(form.format(*pair) for pair in ranges.items())
+    return f"the ends of {entries}{' of [parameters]' * of_study}"

@@ -118,11 +118,13 @@ def _build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
     balanced = balance_force(request)
     runs = random_force_balanced_motions(request)
     wheels = _wheels(request, balanced, runs)
-    mass = sum(wheel.mass for wheel in wheels)
-    count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"
+    mass = number_text(sum(wheel.mass for wheel in wheels))
+    built = f"a wheel of {mass} kg"
+    if len(wheels) > 1:
+        built = f"{len(wheels)} wheels about perpendicular axes, {mass} kg together,"
     blank = AppliedRemedy(
         "active_wheel",
-        f"{count} of {number_text(mass)} kg on the base, with motors",
+        f"{built} on the base, with motors",
         "undecided",
         "",
     )

@@ -31,6 +31,7 @@ from balance.masses.remedies.compare import RemedyComparison
 from balance.masses.remedies.request import RemedyRequest
 from tests.support.command_runs import asked
 from tests.support.json_answers import json_answer, read_schema
+from tests.support.page_elements import without_breaks
 
 SCHEMA = read_schema("remedies")
 NO, YES = "four_bar_general", "four_bar_antiparallelogram"
@@ -39,6 +40,17 @@ NO, YES = "four_bar_general", "four_bar_antiparallelogram"
 def run(capsys, *words):
     """Exit code and JSON of the command."""
     return json_answer(capsys, "remedies", *words)
+
+
+@pytest.mark.slow
+def test_the_page_has_the_commands_that_are_printed(tmp_path, monkeypatch):
+    """That for the least shaking too, with the model, its links and its mass, and it runs."""
+    monkeypatch.chdir(tmp_path)
+    done = asked(["remedies", NO, "--only", "duplicates", "--html", "page.html"])
+    (command,) = re.findall(r"^reduce, in steel +(.*)$", done.out, re.MULTILINE)
+    assert command == f"balance reduce {NO} --links all --budget 2"
+    assert f"<dd>{command}</dd>" in without_breaks(Path("page.html").read_text("utf-8"))
+    assert asked(shlex.split(command)[1:]).code == 0
 
 
 @pytest.mark.slow
@@ -277,7 +289,8 @@ def test_what_is_too_heavy_is_not_built_first():
     mass = 20.0 * comparison_of().request.given_mass
     found = comparison_of(("separate_rotors", "feasible", mass), ("partial", "partial", 1.0))
     assert [each.remedy for each in found.by_preference] == ["partial", "separate_rotors"]
-    said = dict(remedies_facts(found, "balance reduce m --links a --budget 1"))
+    found = replace(found, reduce="balance reduce m --links a --budget 1")
+    said = dict(remedies_facts(found))
     sentence = remedies_sentence(found)
     assert sentence.startswith("Build less shaking for a budget (1 kg of point masses added, ")
     assert "kg, 20 times the mass" in sentence
@@ -351,6 +364,7 @@ def test_the_next_command_runs_and_writes_what_was_named(tmp_path, monkeypatch):
     again = asked(command[1:])
     assert again.code == 0 and again.out.splitlines()[0].startswith("Build less shaking")
     assert "Next: " not in again.out and Path("built/partial.urdf").exists()
+    assert "written: built/partial.urdf\n" in again.err
     (reduce,) = re.findall(r"^reduce +(.*)$", done.out, re.MULTILINE) or ["balance reduce"]
     assert "--html" not in reduce
 
@@ -377,7 +391,7 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
     assert "the linkage; shaking left: force 0, moment × 5.5), or less shaking for a " in said
     assert (
         "less shaking for a budget (1 kg of point masses added, " in said
-        and "left: force × 0.75, moment × 1.2); " in said
+        and "left: force × 0.75, moment × 1.25); " in said
     )
     assert "not worth it: the lightest way (mirrored copies) adds 7 kg with its gears" in said
     assert said.endswith("2 links and 1 joint, at 3.2 times the width.")
@@ -392,7 +406,7 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
     cells = [row[-1] for row in remedy_rows(found)[1:]]
     assert cells == [
         "force 0, moment × 5.5",
-        "force × 0.75, moment × 1.2",
+        "force × 0.75, moment × 1.25",
         "-",
         "torque × 0.25",
     ]

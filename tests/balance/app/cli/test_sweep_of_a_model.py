@@ -85,6 +85,15 @@ def test_options_are_the_study_of_a_file(folder):
 
 
 @pytest.mark.slow
+def test_the_range_that_help_shows_has_units(folder):
+    """Its rows are those of the same range in metres."""
+    shown = re.search(r"coupler\.length=\d+mm:\d+mm:10", asked(["sweep", "run", "--help"]).out)
+    for name, words in (("shown", shown[0]), ("metres", "coupler.length=0.8:1.2:10")):
+        ran(["four_bar_general", "--vary", words, "--table", f"{name}.csv"])
+    assert (folder / "shown.csv").read_bytes() == (folder / "metres.csv").read_bytes()
+
+
+@pytest.mark.slow
 def test_the_best_row_is_a_file_that_shakes_so(folder):
     """By Pinocchio, its moment has the peak of its column, the least of the table."""
     answer = ran([*OPTIONS, "--table", "rows.csv", "--best", "peak_moment_after=best.urdf"])
@@ -154,7 +163,10 @@ def test_the_file_of_a_design_has_its_masses(folder):
 def test_geometries_that_do_not_close(folder):
     done = asked(["sweep", "run", "four_bar_kite", "--vary", "coupler.length=7:9:3", *BESIDE])
     assert done.code == 1 and done.err == ""
-    assert done.out.startswith("No geometry closes its loops: vary less")
+    about = (
+        "No geometry closes its loops. Vary about the values of the file, coupler.length=0.67"
+    )
+    assert done.out.startswith(about)
     assert "sweep show" not in done.out and (folder / "four_bar_kite.db").is_file()
     best = ["--best", "max:coupler.length=best.urdf"]
     some = ran(["four_bar_kite", "--vary", "coupler.length=1:9:5", *best])
@@ -172,6 +184,7 @@ def test_no_counterweights_say_what_helps(folder):
     words = ["four_bar_general", "--vary", "coupler.length=0.9", "--counterweights"]
     crank = asked(["sweep", "run", *words, "crank", *BESIDE])
     assert crank.code == 1 and "--balance force" not in crank.out
+    assert "balance sweep run" not in crank.out  # the file has no answer either
     both = asked(["sweep", "run", *words, "crank,rocker", "--balance", "dynamic", *BESIDE])
     assert both.code == 1 and both.out.startswith("No row has all answers: counterweights: ")
     assert "--balance force asks for the shaking force alone: row 0 has an answer" in both.out
@@ -230,17 +243,29 @@ def test_what_the_model_has_and_where_weights_may_be(folder):
 
 
 def test_a_range_without_an_answer_is_told_where_the_file_is(folder):
-    """No crank of these lengths turns fully, and that of the file, of 0.316 m, does."""
-    words = ["four_bar_general", "--vary", "crank.length=0.8,0.9", "--speed", "300rpm"]
-    done = asked(["sweep", "run", *words, *BESIDE])
+    """No crank of these lengths turns fully; those of the next command do, with its masses."""
+    words = ["four_bar_general", "--vary", "crank.length=0.8:0.9:3", "--speed", "300rpm"]
+    words += ["--vary", "crank.mass=400g,600g", "--table", "rows.csv", *BESIDE]
+    done = asked(["sweep", "run", *words])
     assert done.code == 1
-    assert (
-        "cannot turn fully. Vary about the values of the file, crank.length=0.316" in done.out
-    )
-    inside = asked(
-        ["sweep", "run", *words[:2], "crank.length=0.3,0.32,0.33", *words[3:], *BESIDE]
-    )
-    assert inside.code == 0
+    about = "cannot turn fully. Vary about the values of the file, crank.length=0.316228: "
+    assert f"{about}the ends of crank.length=0.285:0.348:3 have answers." in done.out
+    assert "written: rows.csv\nno row of rows.csv has all answers: its column" in done.err
+    with open("rows.csv", encoding="utf-8") as text:
+        reasons = [row["reason"] for row in csv.DictReader(text)]
+    assert reasons == ["shaking: the crank u1 cannot turn fully"] * 6
+    command = shlex.split(re.search("Next: balance (sweep run .*)", done.out)[1])
+    assert "crank.mass=400g,600g" in command
+    inside = strict(asked([*command, "--json"]).out)
+    assert inside["answered"] == inside["rows"] == 6
+
+
+def test_one_value_without_an_answer_is_replaced_by_that_of_the_file(folder):
+    words = ["four_bar_general", "--vary", "coupler.length=7", "--write-study", "s.toml"]
+    done = asked(["sweep", "run", *words, *BESIDE])
+    assert "of the file, coupler.length=0.894427: they have answers." in done.out
+    assert "--vary coupler.length=0.894427\n" in done.out
+    assert "they have answers" in asked(["sweep", "run", "s.toml", *BESIDE]).out
 
 
 def test_commands_that_lead_on_can_be_run(folder):

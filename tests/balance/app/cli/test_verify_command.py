@@ -23,7 +23,9 @@ from balance.app.answers.html.verification_page import verification_page
 from balance.app.cli.main import main
 from balance.bodies import mass_properties
 from balance.motion.verification.shaking_wrench import mass_parameters
+from balance.motion.verification.trajectory import random_motions
 from balance.motion.verification.verify_motions import verify
+from tests.support.command_runs import asked
 from tests.support.json_answers import read_schema
 from tests.support.laws import altered, off_axis, sums, words
 from tests.support.rounded_four_bar import four_bar
@@ -117,7 +119,7 @@ def test_two_linkages_stand_side_by_side(capsys):
     assert main(["verify", SHAKING, *FEW, "--against", "four_bar_antiparallelogram"]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert re.fullmatch(
-        r"Shaking force \d+ → \d+ N peak \(\d+ % less\), moment .* N m peak \(.* more\), "
+        r"Shaking force [\d.]+ → [\d.]+ N peak \(\d+ % less\), moment .* N m peak \(.* more\), "
         rf"from four_bar_antiparallelogram to {SHAKING}\.",
         lines[0],
     )
@@ -263,14 +265,25 @@ def test_the_page_holds_the_report_and_escapes_names():
     assert verification_picture(found) == verification_picture(found)
 
 
+@pytest.mark.slow
+def test_random_motions_reach_as_far_as_their_remark_says():
+    """Less than they begin with where loops would not close so far."""
+    done = asked(["verify", "delta"])
+    (reach,) = re.findall("^amplitude +(.*)$", done.out, re.MULTILINE)
+    assert f"random motions of 1 s, of at most {reach}: " in done.err
+    sizes = [abs(each.u).max() for each in random_motions(kinematics.load("delta"))]
+    assert reach.startswith(f"u1 {max(sizes):.3g} rad") and max(sizes) < 0.7
+
+
 def test_a_crank_without_a_motion_is_asked_for_its_speed(capsys, caplog):
     """Random motions swing it; the verdict is the same."""
     linkage = kinematics.load(BALANCED)
-    for options, asked in (([], True), (FEW, False), (["--seed", "1", *FEW], False)):
+    for options, is_asked in (([], True), (FEW, False), (["--seed", "1", *FEW], False)):
         caplog.clear()
         assert main(["verify", BALANCED, *options]) == 0
-        assert (f"random motions of {linkage.inputs[0]}" in caplog.text) == asked
-        assert ("--speed 300rpm" in caplog.text) == asked
+        moved = f"random motions of 1 s, of at most {linkage.inputs[0]} "
+        assert (moved in caplog.text) == is_asked
+        assert ("--speed 300rpm" in caplog.text) == is_asked
     capsys.readouterr()
 
 

@@ -242,29 +242,25 @@ def test_a_larger_region_leaves_less_where_a_shape_is_at_its_rim(
     words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.05", "--speed", "30rad/s"]
     words += ["--balance", "force", "--shape", shape]
 
-    def run(text):
-        code = main([*words, *(["--region", f"a={text}"] if text else [])])
+    def run(text, *options):
+        code = main([*words, *(["--region", f"a={text}"] if text else []), *options])
         out = capsys.readouterr().out
         assert code == 0
         return out
 
-    def room_of(out):
-        return next(line for line in out.splitlines() if line.startswith("room "))
+    def force_in(text):
+        return json.loads(run(text, "--json"))["designs"][0]["found"]["force"]
 
-    def force_of(out):
-        line = next(line for line in out.splitlines() if line.startswith("force "))
-        return float(line.split(" before, ")[1].split()[0])
-
-    first, second = run(region), run(wider)
-    room = room_of(first)
+    lines = run(region).splitlines()
+    room = next(line for line in lines if line.startswith("room "))
     place = f"{region} of a;" if region else "ball(0,0,0,0.025) of a (the default);"
     assert room.split(maxsplit=1)[1].startswith(place)
     assert "a at the rim of the region: a larger one leaves less" in room
     more = "--region L=SHAPE gives room" if region else "twice the radius: --region a=50mm"
     assert room.count(more) == 1
     lead = "No more matter helps in the default regions; twice the radius: --region a=50mm."
-    assert (first.splitlines()[1] == lead) == (not region and "0.05 kg: more" in room)
-    assert force_of(second) < force_of(first)
+    assert (lines[1] == lead) == (not region and "0.05 kg: more" in room)
+    assert force_in(wider) < force_in(region)
 
 
 def test_the_page_has_the_size_that_is_printed(one_arm, tmp_path, capsys):

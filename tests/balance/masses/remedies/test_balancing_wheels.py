@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
@@ -215,6 +217,8 @@ def test_a_spatial_linkage_gets_three_wheels():
     assert found.verdict == "feasible" and found.residual <= 1e-9
     assert len(found.new_links) == len(found.new_joints) == len(found.details["wheels"]) == 3
     mass = sum(wheel["mass"] for wheel in found.details["wheels"])
+    said = re.match(r"3 wheels about perpendicular axes, ([\d.]+) kg together, on", found.words)
+    assert float(said[1]) == pytest.approx(mass, rel=1e-3)
     weights = balance_force(request("bennett")).added
     assert found.added_mass == pytest.approx(mass + weights, rel=1e-9)
     alone = kinematics.load(

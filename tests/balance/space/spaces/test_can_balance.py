@@ -148,10 +148,12 @@ def test_the_next_command_runs(words, capsys):
     """The page, the text and the data say the same, and the command is one that works."""
     _, answer = json_answer(capsys, "report", *words)
     printed = asked(["report", *words]).out.splitlines()
-    assert printed[:3] == [answer["sentence"], f"Next: {answer['next']}", ""]
-    program, *following = shlex.split(answer["next"])
-    run = asked(following)
-    assert program == "balance" and run.code in (0, 1), run.err
+    commands = [command for command in (answer["next"], answer["alternative"]) if command]
+    shown = [f"{head}{x}" for head, x in zip(("Next: ", "      "), commands, strict=False)]
+    assert printed[: len(shown) + 2] == [answer["sentence"], *shown, ""]
+    for program, *following in map(shlex.split, commands):
+        run = asked(following)
+        assert program == "balance" and run.code in (0, 1), run.err
 
 
 def test_the_page_begins_with_the_sentence(tmp_path, capsys):
@@ -160,6 +162,21 @@ def test_the_page_begins_with_the_sentence(tmp_path, capsys):
     page = without_breaks(path.read_text("utf-8"))
     assert f'<p class="lede">{answer["sentence"]}</p>' in page
     assert f"<dd>{answer['next']}</dd>" in page
+    assert f"<dd>{answer['alternative']}</dd>" in page
+
+
+@pytest.mark.parametrize(
+    ("words", "alternative"),
+    [
+        (["five_bar", "--balance", "force"], "balance remedies five_bar --balance force"),
+        (["four_bar_kite_balanced"], None),
+        (["four_bar_general", "--max-order", "0"], None),
+        (["fuga_i", "--require", "force"], None),
+    ],
+)
+def test_remedies_are_an_alternative_to_a_design(words, alternative, capsys):
+    """Where masses of the file do not balance a linkage, for all its motions."""
+    assert json_answer(capsys, "report", *words)[1]["alternative"] == alternative
 
 
 def test_modes_and_several_models_have_a_sentence(capsys):

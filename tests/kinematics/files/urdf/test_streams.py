@@ -51,6 +51,7 @@ def answer(capsys, *words):
     for part in (report, report.get("against") or {}):
         part.pop("file", None)
     report.pop("next", None)
+    report.pop("alternative", None)
     text = json.dumps({k: v for k, v in report.items() if k not in ("warnings", "source")})
     return code, text, [w["message"] for w in report.get("warnings", ())]
 

@@ -12,7 +12,7 @@ const drawnAdditions = {borders: new Lines(), lumps: new Labels(), matter: new M
 for (const {name, part, paths, lumps, surface} of additions) {
   for (const path of paths) drawnAdditions.borders.path(part, path, `region of ${plain(name)}`);
   for (const {mass, at, radius} of lumps) {
-    const text = `${plain(name)}, ${Number(mass.toPrecision(3))} kg added`;
+    const text = `${plain(name)}, ${Number(mass.toPrecision(4))} kg added`;
     drawnAdditions.lumps.put(part, at, text);
     if (radius) drawnAdditions.matter.sphere(part, at, radius, text);
     if (surface) drawnAdditions.matter.surface(part, surface, text);

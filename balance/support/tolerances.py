@@ -223,6 +223,10 @@ REACH_RELATIVE = 1e-6
 DENSITY_RELATIVE = 1e-8
 # Part by which the solver is asked for more than a limit of density: what it may violate.
 DENSITY_TIGHTENED = 5e-8
+# The same for the nearest of the designs of a value, which has room for it; and the error of
+# the solver up to which it counts.
+NEAREST_DENSITY_TIGHTENED = 1e-6
+NEAREST_RESIDUAL = 1e-5
 # Part of its trace that is added to a matrix that measures a body, so that it is positive
 # definite in spite of its round-off.
 REFERENCE_RIDGE = 1e-14

@@ -456,10 +456,7 @@ def _minimise(answer: Design, constraints: Constraints) -> Design:
     assert answer.z is not None and answer.minimise is not None
     space, wanted = answer.space, answer.minimise
     program = build_program(space, constraints)
-    for nearest in (True, False) if wanted == "inertia" and space.planar else (False,):
-        best = minimise_objective(space, program, wanted, answer.z, answer.margin, nearest)
-        if best is None:
-            continue
+    for best in minimise_objective(space, program, wanted, answer.z, answer.margin):
         P = matrices_of(space, given_parameters(space))
         P[list(program.free)] = best.P
         z = assemble_design(

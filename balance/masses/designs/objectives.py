@@ -15,8 +15,8 @@ in units of the chain and of the mean mass in the file. ε is 1e-3 where kept bo
 masses set the size of a design, and 0.01 where nothing else sets it, but at most half of the
 largest value that kept bodies and bounds allow. The traces add up to at most ten times the sum
 that the design of the largest margin has at this ε; with kept bodies or bounds, ten times its
-own sum. With kept bodies or bounds both are rounded down to two digits, since the solver knows
-only a few of the largest margin.
+own sum. With kept bodies or bounds both are rounded down to four digits, since the solver
+knows the largest margin to about six.
 
 Objectives leave much free: a least inertia does not depend on the bodies of less inertia. Of
 the designs whose value exceeds the least one by at most 1e-5 of it, the answer is the nearest
@@ -147,15 +147,15 @@ def _distance_and_traces(
     """
     if program.sized or program.densities:
         distance = SIZED_DISTANCE if program.bounded_below else BOUNDARY_DISTANCE
-        epsilon = min(distance, _two_digits(0.5 * margin * trace / largest))
-        return epsilon, _two_digits(TRACE_FACTOR * trace)
+        epsilon = min(distance, _four_digits(0.5 * margin * trace / largest))
+        return epsilon, _four_digits(TRACE_FACTOR * trace)
     return BOUNDARY_DISTANCE, TRACE_FACTOR * BOUNDARY_DISTANCE * largest / margin
 
 
-def _two_digits(x: float) -> float:
-    """Round a positive number down to two digits."""
-    power = 10.0 ** (math.floor(math.log10(x)) - 1)
-    return math.floor(x / power) * power
+def _four_digits(x: float) -> float:
+    """Round a positive number down to four digits."""
+    unit = 10.0 ** (math.floor(math.log10(x)) - 3)
+    return math.floor(x / unit) * unit
 
 
 def _reference(file: Array, lower: Array) -> Array:

@@ -181,7 +181,10 @@ def test_cvxpy_agrees(within):
             margin = model.margin()
             assert found.margin == pytest.approx(margin, rel=digits)
             best = design_of_any_density(space, objective, within=within).value
-            assert best == pytest.approx(model.best(objective, margin), rel=digits)
+            # The nearest design whose value exceeds the least one by 1e-5 of it.
+            excess = 1e-5 * (objective != "change")
+            least = model.best(objective, margin) * (1.0 + excess)
+            assert best == pytest.approx(least, rel=digits)
             solved += 1
     assert asked == 12 * number_of_cases(3, 9)
     assert solved > (0 if within == 0.8 else number_of_cases(9, 30))

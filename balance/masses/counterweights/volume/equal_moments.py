@@ -28,11 +28,11 @@ from balance.masses.counterweights.volume.dual_ascent import (
     maximise_dual,
 )
 from balance.support.clarabel_adapter import TRIANGLES, triangles
-from balance.support.tolerances import AXES_SETTLED, MOMENT_WEIGHT_ZERO
+from balance.support.tolerances import AXES_ACCEPTED, AXES_SETTLED, MOMENT_WEIGHT_ZERO
 from kinematics.numerics.array_types import Array, IntArray
 
 # Most solutions, each with other axes, and the angle beyond which none are found, in radians.
-MOST_AXES = 20
+MOST_AXES = 15
 AXES_LOST = 0.1
 
 
@@ -75,7 +75,7 @@ def equalise_moments(
     order = [int(b) for b in np.argsort(-weights[:, 2], kind="stable") if sizes[b]]
     frames = {b: axes[b][:, ::-1] for b in order}
     search = _Broyden(sum(sizes[b] * (3 - sizes[b]) for b in order))
-    eta = np.empty(0)
+    eta, error = np.empty(0), np.inf
     for _ in range(MOST_AXES):
         turned = _turned(frames, sizes, search.x)
         links, squares, traces = _equal_parts({b: turned[b][:, : sizes[b]] for b in order})
@@ -95,7 +95,7 @@ def equalise_moments(
         if not error <= AXES_LOST:
             return None
         search.step(residual)
-    else:
+    if error > AXES_ACCEPTED:
         return None
     omega = np.append(1.0 + eta[rank:] @ traces[1:], -eta[rank:])
     W = np.zeros((len(stocks), 3, 3))

@@ -37,7 +37,7 @@ from kinematics.numerics.array_types import Array
 
 # Most solutions, each measured by the one before.
 MAX_SOLUTIONS = 6
-# An error that falls by less than this factor has reached the round-off of the solver.
+# An error above this part of the one before has reached the round-off of the solver.
 ERROR_FALLS = 0.5
 
 

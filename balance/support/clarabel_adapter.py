@@ -75,6 +75,7 @@ def solve_conic(
     H: Array | None = None,
     *,
     careful: bool = True,
+    equilibrate: bool = False,
 ) -> ConicSolution:
     """Minimise ``½ xᵀ H x + q·x`` with ``rows x + offset`` in a product of cones.
 
@@ -84,7 +85,9 @@ def solve_conic(
         offset: constant part of the rows (rows,).
         H: quadratic part (n, n), symmetric and positive semidefinite; none by default.
         careful: solve to 1e-10 instead of 1e-9, and refine all linear systems; the fast
-            setting saves a fifth of the time.
+            setting saves a fifth of the time, and scales rows and columns.
+        equilibrate: scale rows and columns in any case; by default they are as they are given
+            if ``careful``.
     """
     import clarabel
 
@@ -97,7 +100,8 @@ def solve_conic(
     settings = clarabel.DefaultSettings()
     accuracy = SOLVER_RESIDUAL if careful else SOLVER_RESIDUAL_FAST
     settings.verbose = settings.chordal_decomposition_enable = settings.presolve_enable = False
-    settings.iterative_refinement_enable, settings.equilibrate_enable = careful, not careful
+    settings.iterative_refinement_enable = careful
+    settings.equilibrate_enable = equilibrate or not careful
     settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = accuracy
     settings.tol_infeas_abs = settings.tol_infeas_rel = SOLVER_INFEASIBILITY
     zero = _Columns([], [], [0] * (q.size + 1), 0, (q.size, q.size))

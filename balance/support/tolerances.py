@@ -223,6 +223,10 @@ REACH_RELATIVE = 1e-6
 DENSITY_RELATIVE = 1e-8
 # Part by which the solver is asked for more than a limit of density: what it may violate.
 DENSITY_TIGHTENED = 5e-8
+# The same for the nearest of the designs of a value, which has room for it; and the error of
+# the solver up to which it counts.
+NEAREST_DENSITY_TIGHTENED = 1e-6
+NEAREST_RESIDUAL = 1e-5
 # Part of its trace that is added to a matrix that measures a body, so that it is positive
 # definite in spite of its round-off.
 REFERENCE_RIDGE = 1e-14
@@ -340,6 +344,12 @@ FILLED_MASS_ZERO = 1e-9
 CUT_BY_PLANE = 1e-8
 # Part of a shift of a form to which it is found; any shift proves a bound.
 SHIFT_ACCURACY = 1e-9
+# Weight of a moment of inertia in the dual up to which it is not the largest one: the accuracy
+# of a master program. And angles in radians at which axes of moments are found, and up to which
+# they count where errors of the integrals, of 1e-6, leave no better ones.
+MOMENT_WEIGHT_ZERO = 1e-5
+AXES_SETTLED = 1e-12
+AXES_ACCEPTED = 1e-5
 # Share of the mass of a link that counts as none: the accuracy of the solver.
 SHARE_ZERO = 1e-7
 # Parts of a mass up to which no more is placed than was taken, and of a share up to which it is

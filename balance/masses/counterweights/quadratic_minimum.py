@@ -30,6 +30,8 @@ from kinematics.numerics.linalg.ties import first_least
 
 # Most steps for the multiplier: enough for every bit of a double by bisection alone.
 BISECTIONS = 120
+# Part of the largest entry of an axis from which an entry sets its sign.
+FIRST_OF_LARGEST = 0.9
 
 
 def minimise_in_region(region: Region, form: ArrayLike) -> tuple[float, Array]:
@@ -90,6 +92,11 @@ def _minimise_in_balls(M: Array) -> tuple[Array, Array]:
     powers = -np.frexp(scales)[1][:, None, None]
     forms = np.ldexp(M, powers)
     w, V = np.linalg.eigh(forms[:, :-1, :-1])
+    # Of two equal minima one is chosen by the sign of an axis, which is that of its first entry
+    # of about the largest size.
+    sizes = np.abs(V)
+    firsts = np.argmax(sizes >= FIRST_OF_LARGEST * sizes.max(axis=1, keepdims=True), axis=1)
+    V = V * np.sign(np.take_along_axis(V, firsts[:, None], axis=1))
     beta = (forms[:, None, -1, :-1] @ V)[:, 0]
     zeros = CURVATURE_ZERO * np.where(scales > 0.0, np.ldexp(scales, powers[:, 0, 0]), 1.0)
     x = list(map(_secular_solution, w.tolist(), beta.tolist(), zeros.tolist()))

@@ -302,13 +302,13 @@ def design(
     Args:
         space: a design space, or a linkage, its path or its name.
         minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
-            inertia of any body that is not kept, about the origin of its link frame, kg m²; in
-            a plane the nearest such design to the file;
+            inertia of any body that is not kept, about the origin of its link frame, kg m²;
             ``"rotor"``: trace of the generalised inertia matrix of the motion at the reference
             pose, kg m², with sliding coordinates in lengths of ``space.length`` metres;
             ``"change"``: distance from the masses in the file, without a unit, the same in
             every link frame and unit; convex, so its minimum is a global one (see
-            `balance.masses.designs.nearest`). Bounds of each: see
+            `balance.masses.designs.nearest`). Of the designs within 1e-5 of a least mass,
+            inertia or rotor, the nearest to the file is the answer. Bounds of each: see
             `balance.masses.designs.objectives`.
         keep: names of bodies that stay as in the file.
         bounds: least and largest mass of bodies, kg, by name.
@@ -456,10 +456,7 @@ def _minimise(answer: Design, constraints: Constraints) -> Design:
     assert answer.z is not None and answer.minimise is not None
     space, wanted = answer.space, answer.minimise
     program = build_program(space, constraints)
-    for nearest in (True, False) if wanted == "inertia" and space.planar else (False,):
-        best = minimise_objective(space, program, wanted, answer.z, answer.margin, nearest)
-        if best is None:
-            continue
+    for best in minimise_objective(space, program, wanted, answer.z, answer.margin):
         P = matrices_of(space, given_parameters(space))
         P[list(program.free)] = best.P
         z = assemble_design(

@@ -55,6 +55,7 @@ from balance.masses.counterweights.volume.dual_ascent import (
     forms_of,
     maximise_dual,
 )
+from balance.masses.counterweights.volume.equal_moments import equalise_moments
 from balance.masses.counterweights.volume.settled_shares import NO_LINKS, settled, with_shares
 from balance.support.clarabel_adapter import (
     ConstraintBlock,
@@ -198,10 +199,16 @@ def fill_least(
         eta, seen = maximise_dual(fixed.program, stocks, fixed.prices, fixed.start)
         forms = forms_of(fixed.program, eta, fixed.prices)
         moments = fill_all(program, seen, forms)
+        multipliers, matrices = fixed.multipliers(eta)[:rank], dual[rank:]
+        if columns.heavy and not program.taken.links:
+            equal = equalise_moments(program, stocks, dual)
+            if equal is not None:
+                multipliers, matrices = np.split(equal.dual, [rank])
+                seen, forms, moments = equal.stocks, equal.forms, equal.moments
         shares = fixed.shares_of(program, moments)
         residual = after_taking(program, shares, NO_LINKS, shares).target
         residual = residual - conditions_of(program, moments)
-        dual = np.append(fixed.multipliers(eta)[:rank], dual[rank:])
+        dual = np.append(multipliers, matrices)
         bound = columns.fixed(dual)
         held, bare = forms * moments, columns.forms(dual)
         if program.taken.links:
@@ -213,8 +220,8 @@ def fill_least(
             held = _support_functions(program, seen, forms)
         bound -= float(np.sum(held))
         value = added_objective(program, list(moments), shares)[1]
-        # Newton's method improves y, and not the matrices of moments of inertia, nor which
-        # shares are the largest.
+        # Newton's method does not improve which shares are the largest, nor, without equal
+        # moments, the matrices of moments of inertia.
         exact = not columns.heavy and not program.taken.links
         close = exact or value - bound <= FILLING_GAP_PROVED * value
         if close and float(np.linalg.norm(residual)) <= COUNTERWEIGHT_RESIDUAL:

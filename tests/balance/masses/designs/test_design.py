@@ -67,7 +67,7 @@ def test_designs_are_balanced_and_can_be_built(model, motion, objective):
 def test_the_best_is_better_than_the_others(model, motion):
     """Value of each objective, measured anew: no other design or mixture of two is below.
 
-    Of designs whose inertia is the least but for 5e-7 of it, the nearest one counts.
+    Of the designs whose value is the least but for 1e-5 of it, the nearest one counts.
     """
     space = space_of(model, motion)
     found = {name: design_of_any_density(space, name) for name in OBJECTIVES[:3]}
@@ -77,8 +77,7 @@ def test_the_best_is_better_than_the_others(model, motion):
         for other in found.values():
             for share in (0.1, 1.0):
                 mixed = (1.0 - share) * best.z + share * other.z
-                excess = 6e-7 if name == "inertia" else 1e-7
-                assert measured[name](mixed) >= best.value * (1.0 - excess)
+                assert measured[name](mixed) >= best.value * (1.0 - 1.1e-5)
 
 
 def value_of(name, space):
@@ -182,7 +181,10 @@ def test_cvxpy_agrees(within):
             margin = model.margin()
             assert found.margin == pytest.approx(margin, rel=digits)
             best = design_of_any_density(space, objective, within=within).value
-            assert best == pytest.approx(model.best(objective, margin), rel=digits)
+            # The nearest design whose value exceeds the least one by 1e-5 of it.
+            excess = 1e-5 * (objective != "change")
+            least = model.best(objective, margin) * (1.0 + excess)
+            assert best == pytest.approx(least, rel=digits)
             solved += 1
     assert asked == 12 * number_of_cases(3, 9)
     assert solved > (0 if within == 0.8 else number_of_cases(9, 30))

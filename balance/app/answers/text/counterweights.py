@@ -20,7 +20,7 @@ from balance.masses.counterweights.counterweight import (
     Counterweight,
 )
 from balance.masses.counterweights.counterweights_result import Counterweights
-from balance.masses.counterweights.shaped.across_plane import ShapePlace, place_of
+from balance.masses.counterweights.shaped.across_plane import ShapePlace, shape_place
 from balance.masses.designs.density import STEEL
 from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.motion.verification.trajectory import singularity_remark
@@ -195,7 +195,7 @@ def shape_facts(space: DesignSpace, weights: Sequence[Counterweight]) -> list[tu
         for weight in weights
         if weight.web is not None
     ]
-    places = [_place_text(place_of(space, weight), weight.link) for weight in weights]
+    places = [_place_text(shape_place(space, weight), weight.link) for weight in weights]
     pairs = [("place", f"centre of mass {'; '.join(places)}")] if places else []
     if webs:
         text = (

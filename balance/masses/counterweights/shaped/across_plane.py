@@ -82,7 +82,7 @@ class ShapePlace(NamedTuple):
     away: dict[str, float]
 
 
-def place_of(space: DesignSpace, weight: Counterweight) -> ShapePlace:
+def shape_place(space: DesignSpace, weight: Counterweight) -> ShapePlace:
     """Find where a shape is, as one lays it out on its link."""
     body = space.bodies.index(weight.link)
     axes, _ = axes_and_height(space, body)

@@ -17,7 +17,7 @@ from balance.masses.counterweights.parts.part_files import (
     parts_of,
 )
 from balance.masses.counterweights.region_text import read_region
-from balance.masses.counterweights.shaped.across_plane import place_of
+from balance.masses.counterweights.shaped.across_plane import shape_place
 from balance.masses.counterweights.volume.cut_regions import Stock, fill
 from tests.independent.shapes_with_webs import shape_and_web
 
@@ -243,7 +243,7 @@ def test_the_table_has_the_dimensions_to_make_a_shape(shape):
         np.testing.assert_allclose(centre, far, atol=1e-5 * radius)
         assert row["mass_g"] == pytest.approx(1e-6 * STEEL * area * thickness, rel=2e-6)
         weight = next(x for x in answer.weights if x.link == link)
-        place, other = place_of(answer.space, weight), np.array(joints[link][1])
+        place, other = shape_place(answer.space, weight), np.array(joints[link][1])
         assert 1e3 * place.distance == pytest.approx(np.hypot(*centre), rel=1e-6)
         along = [np.cos(np.radians(place.direction)), np.sin(np.radians(place.direction))]
         np.testing.assert_allclose(along, centre / np.hypot(*centre), atol=1e-6)

@@ -68,9 +68,11 @@ class MassTable(tuple[MassRow, ...]):
         verdict: of the answer that has them; it is printed where there are none.
         solids: shape, size, mm, and density, kg/m³, of the solid that has the inertia of a
             link, by name; empty if no density is limited.
+        note: a line below the rows; empty if there is nothing to note.
     """
 
     verdict: str = ""
+    note: str = ""
     solids: Mapping[str, str] = MappingProxyType({})
 
     def __repr__(self) -> str:
@@ -88,12 +90,13 @@ class MassTable(tuple[MassRow, ...]):
             rows.append((*_texts(row), *(texts[k] for k in shown)))
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         ends = [SOLID, *(self.solids.get(row.link, "") for row in self)] if self.solids else []
-        return "\n".join(
+        lines = [
             "  ".join(
                 [row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:]), end]
             ).rstrip()
             for row, end in zip_longest(rows, ends, fillvalue="")
-        )
+        ]
+        return "\n".join([*lines, *[self.note] * bool(self.note)])
 
     def _repr_html_(self) -> str:
         """The same table for notebooks."""
@@ -103,7 +106,7 @@ class MassTable(tuple[MassRow, ...]):
         for link, mass, *place in map(_texts, self):
             solid = f", {self.solids[link]} kg/m³" if link in self.solids else ""
             facts.append((link, f"{mass} g at ({', '.join(place)}) mm{solid}"))
-        return html_facts(TITLE, *facts)
+        return html_facts(TITLE, *facts, *[("note", self.note)] * bool(self.note))
 
 
 def mass_table(
@@ -111,6 +114,7 @@ def mass_table(
     length: float,
     verdict: str = "",
     solids: Mapping[str, str] | None = None,
+    note: str = "",
 ) -> MassTable:
     """Make a table of masses.
 
@@ -121,6 +125,7 @@ def mass_table(
         length: a length of the linkage, m: coordinates smaller by ten decades are zero.
         verdict: of the answer that has the masses, in one line.
         solids: shape and size of solids, by link; see `MassTable`.
+        note: a line below the rows.
     """
     table = MassTable(
         MassRow(
@@ -132,7 +137,7 @@ def mass_table(
         for link, mass, com, inertia in masses
         if com is not None and inertia is not None
     )
-    table.verdict, table.solids = verdict, solids or {}
+    table.verdict, table.solids, table.note = verdict, solids or {}, note
     return table
 
 

@@ -16,7 +16,7 @@ from balance.masses.designs.constraints import Constraints, build_program, const
 from balance.masses.designs.density import AIR, STEEL, Solid, solid_data, solid_of, solid_texts
 from balance.masses.designs.design_check import DesignCheck, check_design, leaves_plane
 from balance.masses.designs.feasibility import Verdict, assemble_design, decide_feasibility
-from balance.masses.designs.light_bodies import bounds_of_more_mass, more_mass_words
+from balance.masses.designs.light_bodies import bounds_of_more_mass, light_text, more_mass_words
 from balance.masses.designs.mass_regions import BALL_RADIUS, Ball
 from balance.masses.designs.objectives import Objective, minimise_objective
 from balance.masses.designs.pseudo_inertia_cone import (
@@ -215,7 +215,8 @@ class Design(WithPage, WithPicture):
         """Return mass, centre, inertia and solid of each body; see `MassRow`."""
         rows = ((b.name, b.mass, b.link_com, b.link_inertia) for b in self.bodies)
         solids = solid_texts(self.space.bodies, self.solids) if self.density else {}
-        return mass_table(rows, self.space.length, self.words, solids)
+        note = light_text(self.lighter_than_air)
+        return mass_table(rows, self.space.length, self.words, solids, note)
 
     def to_dict(self) -> dict[str, object]:
         """Return the design as plain data for JSON; see ``schemas/design.schema.json``."""

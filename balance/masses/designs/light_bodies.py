@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+
+from kinematics.wording import first_names
 
 Bounds = Mapping[str, tuple[float, float]]
 # Least and largest mass over that of a body lighter than air.
@@ -29,6 +31,13 @@ def bounds_of_more_mass(
         given = bounds[name][1] if name in bounds else high
         more[name] = low, given if given >= low else high
     return more if more and solve({**bounds, **more}) is not None else {}
+
+
+def light_text(names: Sequence[str]) -> str:
+    """Say which bodies are lighter than air; nothing without any."""
+    if not names:
+        return ""
+    return f"lighter than air as a solid: {first_names(names)} (bounds= gives more mass)"
 
 
 def more_mass_words(bounds: Bounds) -> list[str]:

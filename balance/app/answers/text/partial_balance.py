@@ -117,22 +117,28 @@ def _shaking_facts(
 ) -> list[tuple[str, str]]:
     """List force and moment, before and after, and how far tables let them be off."""
     pairs = []
-    figures = {"": "rms", "peak_": "peak"} if front.minimise == "peak" else {"": "rms"}
-    for prefix, figure in figures.items():
-        for name, unit in (("force", "N"), ("moment", "N m")):
-            sizes = getattr(best.given, prefix + name), getattr(shaking, prefix + name)
-            least = best.round_off_of(name)
-            scale = max(sizes[0], least / SHAKING_GAP_PROVED)
-            before, after = (
-                unit_text(size, unit, LOAD_FORM, scale, SHAKING_GAP_PROVED, max(sizes))
-                for size in sizes
-            )
-            growth = _growth_text(front, name) if grows(*sizes, least) else ""
-            text = f"{before} before, {after} after ({figure}){growth}"
-            pairs.append((name if prefix == "" else f"peak {name}", text))
+    main, other = ("peak_", "") if front.minimise == "peak" else ("", "peak_")
+    for name, unit in (("force", "N"), ("moment", "N m")):
+        texts = [_change_text(best, shaking, prefix, name, unit) for prefix in (main, other)]
+        sizes = getattr(best.given, main + name), getattr(shaking, main + name)
+        growth = _growth_text(front, name) if grows(*sizes, best.round_off_of(name)) else ""
+        pairs.append((name, f"{'; '.join(texts)}{growth}"))
     if best.given.force_off > 0.0 or shaking.force_off > 0.0:
         pairs.append(("tables", _rounding_text(best)))
     return pairs
+
+
+def _change_text(
+    best: PartialBalance, shaking: ShakingFigures, prefix: str, name: str, unit: str
+) -> str:
+    """Write a load before and after, its root mean square or with ``peak_`` its peak."""
+    sizes = getattr(best.given, prefix + name), getattr(shaking, prefix + name)
+    scale = max(sizes[0], best.round_off_of(name) / SHAKING_GAP_PROVED)
+    before, after = (
+        unit_text(size, unit, LOAD_FORM, scale, SHAKING_GAP_PROVED, max(sizes))
+        for size in sizes
+    )
+    return f"{before} before, {after} after ({'peak' if prefix else 'rms'})"
 
 
 def _shape_facts(front: ParetoFront, best: PartialBalance) -> list[tuple[str, str]]:

@@ -193,7 +193,7 @@ def _region_facts(run: Data, of_study: bool) -> list[tuple[str, str]]:
         else " ".join(f"--region {option}" for option in options)
     )
     which = " and ".join(regions)
-    what = f"a ball of half the length of {which}, which grows with it"
+    what = f"a ball of half the length of {which}, as far as its joints and centre of mass are"
     return [("room", f"{what}; to hold that of the file: {remedy}")]
 
 
@@ -306,7 +306,9 @@ def _no_answer_text(run: Data, of_study: bool, remedy: NoAnswerRemedy) -> str:
     if remedy.ranges:
         about = about or " Vary less about the values of the file"
         return f"{words}{about}: {_ends_text(remedy.ranges, of_study)} have answers."
-    return f"{words}{about}." if about or closed else f"{words} Vary less."
+    if closed:
+        return words
+    return f"{words}{about or ' Vary less'}."
 
 
 def _ends_text(ranges: Mapping[str, str], of_study: bool) -> str:

@@ -144,7 +144,7 @@ def _excluded(
         return replace(blank, words=f"undecided: {TOO_NARROW}")
     holds = ", ".join(f"{number_text(stock.whole)} kg" for stock in stocks.values())
     names = " and ".join(f"'{blank.space.bodies[b]}'" for b in stocks)
-    words = f"infeasible: the regions of {names}, which hold {holds}, are too small"
+    words = f"infeasible: the regions of {names} are too small; they hold {holds}"
     return replace(
         blank,
         verdict="infeasible",

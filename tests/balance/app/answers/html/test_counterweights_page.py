@@ -119,6 +119,8 @@ def test_answers_begin_with_the_sentence(capsys):
     assert len(sizes) == 2
     for first, then, unit in sizes:
         assert f" {first} {unit} before, {then} {unit} after (rms)" in printed
+    peaks = report["given"]["peak_force"], design["found"]["peak_force"]
+    assert "; {:.3g} N before, {:.3g} N after (peak)".format(*peaks) in printed
     assert f"{design['mass']:.4g} kg added." in design["sentence"]
 
 

@@ -139,8 +139,10 @@ def test_a_design_that_is_lighter_than_air_says_so_and_how_to_make_it_heavier():
     a, b = 2.0 * np.sqrt(np.linalg.eigvalsh(_central(coupler)) / coupler.mass)
     assert coupler.mass / (np.pi * a * b * design.thickness) < 1.2
     assert design.words.endswith("; lighter than air: coupler")
-    assert repr(design.to_table()).splitlines()[-1].startswith(
-        "lighter than air as a solid: coupler"
+    assert (
+        repr(design.to_table())
+        .splitlines()[-1]
+        .startswith("lighter than air as a solid: coupler")
     )
     (line,) = (x for x in repr(design).splitlines() if "bounds=" in x)
     bounds = literal_eval(line.strip().removeprefix("bounds=").partition("}")[0] + "}")

@@ -124,7 +124,7 @@ def _web_in_mm(weight: Counterweight) -> str:
     if weight.web is None:
         return ""
     length, width = (2e3 * np.linalg.norm(weight.web.place[:3, :2], axis=0)).tolist()
-    return f", and a web {number_text(width)} mm wide, {number_text(length)} mm long"
+    return f", and a web {number_text(width)} mm wide, {number_text(length, '.3g')} mm long"
 
 
 def _addition(

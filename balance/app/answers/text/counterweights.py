@@ -38,6 +38,8 @@ DIGITS = 5
 # The same where moments of inertia are least, see `Counterweights.roughly_known`, and those of
 # the moments then.
 ROUGH_DIGITS, MOMENT_DIGITS = 3, 2
+# Those of shapes with webs, which settle to 1e-6 of their mass, and a gap that counts.
+WEB_DIGITS, WEB_GAP = 4, 1e-5
 # Added mass, over the given mass, above which partial balance is named.
 MUCH_ADDED = 3.0
 # Of which frame places are.
@@ -80,10 +82,11 @@ def counterweights_facts(
             (f"region {name}", region.words + default * (name in counterweights.chosen))
         )
     if counterweights.value is not None:
-        floor = FILLING_GAP if counterweights.roughly_known else MASSES_EQUAL
+        webs = any(weight.web is not None for weight in counterweights.weights)
+        floor = WEB_GAP if webs else MASSES_EQUAL
+        floor = FILLING_GAP if counterweights.roughly_known else floor
         gap = size_text(counterweights.gap or 0.0, floor=floor)
         what = _objective_text(counterweights)
-        webs = any(weight.web is not None for weight in counterweights.weights)
         what += "; gap to its proved bound" + " beside these webs" * webs
         pairs.append(("minimised", f"{what} {gap} of it"))
         share = (
@@ -330,6 +333,14 @@ def counterweight_rows(
     return rows
 
 
+def _digits_of(counterweights: Counterweights) -> tuple[int, int]:
+    """Return the digits to which masses and places, and moments of inertia, are written."""
+    if counterweights.roughly_known:
+        return ROUGH_DIGITS, MOMENT_DIGITS
+    webs = any(weight.web is not None for weight in counterweights.weights)
+    return (WEB_DIGITS, WEB_DIGITS) if webs else (DIGITS, DIGITS)
+
+
 def counterweights_body(
     counterweights: Counterweights, reduce: str = REDUCE, following: str = ""
 ) -> AnswerBody:
@@ -339,14 +350,13 @@ def counterweights_body(
         following: the command that comes next; empty without one.
     """
     facts = Facts(counterweights_facts(counterweights, reduce), least=1)
+    digits, moment_digits = _digits_of(counterweights)
     lead = [f"Next: {following}"] if following else []
     body: list[AnswerPart] = [counterweights.sentence, *lead, "", facts]
     if counterweights.z is not None:
-        digits = ROUGH_DIGITS if counterweights.roughly_known else DIGITS
         rows = counterweight_rows(counterweights.weights, counterweights.regions, digits=digits)
         body += ["", AnswerTable(rows)]
     body += part_lines(counterweights.weights)
-    moment_digits = MOMENT_DIGITS if counterweights.roughly_known else DIGITS
     for weight in counterweights.weights:
         if not weight.lumps:
             moments = vector_digits(weight.inertia[ENTRIES], moment_digits)

@@ -64,7 +64,8 @@ def web_of(space: DesignSpace, body: int, shape: Region, region: Region) -> Regi
     place[:3, 0], place[:3, 2] = 0.5 * distance * towards, half_thickness * axes[2]
     place[:3, 1] = half_width * np.cross(axes[2], towards)
     place[:3, 3] = shape.centre - place[:3, 0]
-    text = f"a web {number_text(2.0 * half_width)} m wide, {number_text(distance)} m long"
+    wide, long = number_text(2.0 * half_width), number_text(distance, ".3g")
+    text = f"a web {wide} m wide, {long} m long"
     web = replace(box_region([-1.0] * 3, [1.0] * 3), place=freeze(place), text=text)
     return web if region.contains(web.rim, SHAPE_INSIDE).all() else None
 

@@ -193,7 +193,8 @@ def _region_facts(run: Data, of_study: bool) -> list[tuple[str, str]]:
         else " ".join(f"--region {option}" for option in options)
     )
     which = " and ".join(regions)
-    what = f"a ball of half the length of {which}, as far as its joints and centre of mass are"
+    length = f"half the length of {which}, to its farthest joint or centre of mass"
+    what = f"a ball of {length}, which grows with it"
     return [("room", f"{what}; to hold that of the file: {remedy}")]
 
 

@@ -369,6 +369,9 @@ PART_MOMENTS = 1e-4
 SHAPE_INSIDE = 1e-6
 ARM_ZERO = 1e-6
 SHAPE_MASS_ZERO = 1e-7
+# How far a shape with a web may reach out of its region: both settle to about this, and then
+# are moved to meet the conditions.
+WEBBED_INSIDE = 1e-5
 # Least mass that a certificate of infeasibility excludes, over the given mass.
 MASS_EXCLUDED = 1e6
 # Part of a certificate that vanishes on balanced distributions only up to this.

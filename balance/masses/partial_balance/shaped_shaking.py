@@ -49,7 +49,12 @@ from balance.support.clarabel_adapter import (
     solve_conic,
     triangles,
 )
-from balance.support.tolerances import PRICE_ZERO, SHAPE_MASS_ZERO
+from balance.support.tolerances import (
+    PRICE_ZERO,
+    SHAPE_INSIDE,
+    SHAPE_MASS_ZERO,
+    WEBBED_INSIDE,
+)
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import first_least
 
@@ -202,7 +207,8 @@ class _HeldTask(NamedTuple):
                 stock = holder.fill(share * self.unit * float(row[MASS]), centre)
                 region = holder.region if webbed else None
                 weights[b] = shape_weight(self.space, b, stock, region)[0]
-        if not all(self.holders[b].holds(weight.region) for b, weight in weights.items()):
+        inside = WEBBED_INSIDE if webbed else SHAPE_INSIDE
+        if not all(self.holders[b].holds(x.region, inside) for b, x in weights.items()):
             weights = {}
         return _judge_weights(self.program, weights, bound)
 

@@ -45,7 +45,9 @@ from balance.support.clarabel_adapter import ConstraintBlock, solve_conic, trian
 from balance.support.tolerances import (
     COUNTERWEIGHT_RESIDUAL,
     PART_ROUND_OFF,
+    SHAPE_INSIDE,
     SHAPE_MASS_ZERO,
+    WEBBED_INSIDE,
 )
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
@@ -206,7 +208,8 @@ class _GrownTask(NamedTuple):
                 moments[k] = P / program.unit
         z = with_moments(program, moments)
         residual = balance_residual(space, z)
-        inside = all(holders[b].holds(weight.region) for b, weight in weights.items())
+        tolerance = WEBBED_INSIDE if webbed else SHAPE_INSIDE
+        inside = all(holders[b].holds(each.region, tolerance) for b, each in weights.items())
         if not weights or not residual <= COUNTERWEIGHT_RESIDUAL or not inside:
             return blank, program.unit * bound
         answer = replace(

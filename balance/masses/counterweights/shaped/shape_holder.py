@@ -119,9 +119,9 @@ class ShapeHolder:
         at = np.append(centre, self.height) @ self.axes
         return Stock(self.shape.place(mass, self.density, at, self.axes), self.density)
 
-    def holds(self, part: Region) -> bool:
+    def holds(self, part: Region, tolerance: float = SHAPE_INSIDE) -> bool:
         """Whether all points of a part are in the region, but for errors of the solver."""
-        return bool(self.region.contains(part.rim, SHAPE_INSIDE).all())
+        return bool(self.region.contains(part.rim, tolerance).all())
 
     def moment_matrices(self) -> list[Array]:
         """List mass and first moments (4, 4), link frame, of units of `MASS`, `X` and `Y`."""

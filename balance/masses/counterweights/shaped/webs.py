@@ -34,6 +34,8 @@ NODES = 24
 SLIGHT = 1e-5
 # Most steps until shapes settle beside their webs, and what is settled, over the whole mass.
 MOST_STEPS, SETTLED = 30, 1e-6
+# Steps without half the change, from which on what is left is the round-off of the solver.
+PATIENCE = 3
 # Parts of a change that a step takes, the second one where the first does not settle; halvings
 # of the share of shapes for a start; steps that are remembered; and the share of the largest
 # singular value below which a direction of them is left alone.
@@ -218,7 +220,7 @@ def _settle_from(
         webs_of: see `settle_webs`.
         solve: see `settle_webs`.
     """
-    settled, least = None, 2.0 * SETTLED
+    settled, least, worse = None, SETTLED, 0
     points, changes = list[Array](), list[Array]()
     for _ in range(MOST_STEPS):
         x, bound = solve(webs)
@@ -226,9 +228,12 @@ def _settle_from(
             break
         change = webs_of(x) - webs
         size = float(np.abs(change).max() / (x[:, MASS].sum() + webs[:, MASS].sum()))
-        if size <= 0.5 * least:
+        if size <= least:
+            worse = 0 if size <= 0.5 * least else worse + 1
             settled, least = (without_slight(x), bound), size
         elif settled is not None:
+            worse += 1
+        if worse == PATIENCE:
             break
         points, changes = [*points[-REMEMBERED:], webs], [*changes[-REMEMBERED:], change]
         webs = _next_webs(points, changes, part)

@@ -131,6 +131,14 @@ class Counterweight:
         return 0.0 if self.density is None else self.mean_density / self.density
 
     @property
+    def web_sizes(self) -> tuple[float, float]:
+        """Length and width of the web, m; zero without one."""
+        if self.web is None:
+            return 0.0, 0.0
+        length, width, _ = (2.0 * np.linalg.norm(self.web.place[:3, :3], axis=0)).tolist()
+        return length, width
+
+    @property
     def floats(self) -> bool:
         """Whether it is a shape that nothing joins to its link."""
         return self.arm is not None and self.arm > ARM_ZERO * self.region.size
@@ -174,8 +182,8 @@ class Counterweight:
             if self.web is None
             else {
                 "joint": self.web.to_link([-1.0, 0.0, 0.0]).tolist(),
-                "length": 2.0 * float(np.linalg.norm(self.web.place[:3, 0])),
-                "width": 2.0 * float(np.linalg.norm(self.web.place[:3, 1])),
+                "length": self.web_sizes[0],
+                "width": self.web_sizes[1],
             },
         }
 

@@ -45,7 +45,7 @@ MOST_ADDED = 100.0
 DENSEST = 22_590.0
 COUNTERWEIGHTS_SCHEMA = "balance.counterweights/1"
 # Format of an added mass where moments of inertia are least: the optimum is known to 1e-4, and
-# flat.
+# flat. And of masses of advice, which are known to 1e-5.
 ROUGH_FORM = ".3g"
 
 
@@ -78,7 +78,7 @@ class Relaxation:
     @property
     def words(self) -> str:
         """The change in words."""
-        mass = f"would do ({number_text(self.mass, '.3g')} kg in all)"
+        mass = f"would do ({number_text(self.mass, ROUGH_FORM)} kg in all)"
         which = quoted_names(self.links)
         if self.for_shape:
             larger = [f"{text} on '{name}'" for name, text in self.regions.items()]

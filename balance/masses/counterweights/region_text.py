@@ -35,9 +35,9 @@ _QUANTITIES: dict[str, tuple[tuple[str, ...], ...]] = {
 
 
 def read_region(text: str) -> Region:
-    """Read a region from its text, such as ``ball(0,0,0.1,0.2)``; not of the kind below.
+    """Read a region from its text, such as ``ball(0,0,0.1,0.2)``.
 
-    See `depends_on_link`.
+    Texts that have a meaning for a link alone are refused; see `depends_on_link`.
 
     Raises:
         FileError: the file of a mesh is none of a closed convex one.
@@ -66,7 +66,7 @@ def read_region(text: str) -> Region:
 
 
 def depends_on_link(text: str) -> bool:
-    """Whether the text of a region has a meaning for a link alone: see `read_radius`."""
+    """Whether a region needs its link: ``collision``, or a radius (see `read_radius`)."""
     return text.strip() == COLLISION or read_radius(text) is not None
 
 

@@ -123,7 +123,7 @@ def _web_in_mm(weight: Counterweight) -> str:
     """Say after a shape which web joins it to its joint; empty without one."""
     if weight.web is None:
         return ""
-    length, width = (2e3 * np.linalg.norm(weight.web.place[:3, :2], axis=0)).tolist()
+    length, width = (1e3 * size for size in weight.web_sizes)
     return f", and a web {number_text(width)} mm wide, {number_text(length, '.3g')} mm long"
 
 

@@ -193,8 +193,7 @@ def shape_facts(space: DesignSpace, weights: Sequence[Counterweight]) -> list[tu
         if weight.arm and weight.floats
     ]
     webs = [
-        f"{number_text(2e3 * float(np.linalg.norm(weight.web.place[:3, 1])))} mm wide on "
-        f"'{weight.link}'"
+        f"{number_text(1e3 * weight.web_sizes[1])} mm wide on '{weight.link}'"
         for weight in weights
         if weight.web is not None
     ]

@@ -146,13 +146,13 @@ def _labelled(
 
 def _web_sizes(weight: Counterweight) -> dict[str, float | None]:
     """Return the sizes of a web, and its end at the joint, mm; None without one."""
-    web, sizes, end = weight.web, [None] * 2, [None] * 3
+    web, length, width, end = weight.web, None, None, [None] * 3
     if web is not None:
-        sizes = (2e3 * np.linalg.norm(web.place[:3, :2], axis=0)).tolist()
+        length, width = (1e3 * size for size in weight.web_sizes)
         joint = web.to_link([-1.0, 0.0, 0.0])
         end = (1e3 * without_round_off(joint, web.size)).tolist()
-    names = ("web_length_mm", "web_width_mm")
-    return dict(zip(names, sizes, strict=True)) | _labelled("web_{}_mm", "xyz", end)
+    sizes = {"web_length_mm": length, "web_width_mm": width}
+    return sizes | _labelled("web_{}_mm", "xyz", end)
 
 
 def _direction(region: Region, plate: Plate | None) -> float | None:

@@ -28,11 +28,8 @@ def at_rim(space: DesignSpace, weight: Counterweight, region: Region) -> bool:
         weight: the shape, which fills its own region.
         region: where it may be.
     """
-    body = space.bodies.index(weight.link)
-    axes, _ = axes_and_height(space, body)
-    R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
-    joint = R.T @ (joint_points(space, space.linkage.bodies[body])[0] - origin)
-    lever = axes[:2] @ (weight.com - joint)
+    axes, (carrying, *_) = _joints_in_plane(space, space.bodies.index(weight.link))
+    lever = axes[:2] @ weight.com - carrying
     distance, step = float(np.linalg.norm(lever)), NEAR_RIM * region.size
     if distance <= step:
         return False
@@ -52,10 +49,8 @@ def nearest_joint(space: DesignSpace, body: int, shape: Region) -> tuple[float, 
         The distance from the shape, m, 0 where it holds the joint; and the joint (2,), from the
         middle of the shape along the axes of `axes_and_height`, m.
     """
-    axes, _ = axes_and_height(space, body)
-    R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
-    joints = (np.array(joint_points(space, space.linkage.bodies[body])) - origin) @ R
-    away = (joints - shape.centre) @ axes[:2].T
+    axes, joints = _joints_in_plane(space, body)
+    away = joints - axes[:2] @ shape.centre
     if shape.offsets.size:
         sides = axes[:2] @ shape.place[:3, :2]
         sizes = np.linalg.norm(sides, axis=0)
@@ -85,16 +80,22 @@ class ShapePlace(NamedTuple):
 def shape_place(space: DesignSpace, weight: Counterweight) -> ShapePlace:
     """Find where a shape is, as one lays it out on its link."""
     body = space.bodies.index(weight.link)
+    axes, places = _joints_in_plane(space, body)
+    names = [joint.name for joint in joints_on(space.linkage, space.linkage.bodies[body])]
+    here, along = complex(*(axes[:2] @ weight.com - places[0])), {}
+    for name, place in zip(names[1:], places[1:], strict=True):
+        there = complex(*(place - places[0]))
+        if name not in along and abs(there) > PART_ROUND_OFF * space.length:
+            along[name] = abs(np.degrees(np.angle(here * there.conjugate())))
+    return ShapePlace(names[0], abs(here), float(np.degrees(np.angle(here))), along)
+
+
+def _joints_in_plane(space: DesignSpace, body: int) -> tuple[Array, Array]:
+    """Find the axes of a link, and its joints (n, 2) along two of them, the carrying first."""
     axes, _ = axes_and_height(space, body)
     R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
-    carrying, *others = joints_on(space.linkage, space.linkage.bodies[body])
-    lever = axes[:2] @ (weight.com - R.T @ (carrying.point - origin))
-    here, along = complex(*lever), {}
-    for joint in others:
-        there = complex(*(axes[:2] @ (R.T @ (joint.point - carrying.point))))
-        if joint.name not in along and abs(there) > PART_ROUND_OFF * space.length:
-            along[joint.name] = abs(np.degrees(np.angle(here * there.conjugate())))
-    return ShapePlace(carrying.name, abs(here), float(np.degrees(np.angle(here))), along)
+    joints = (np.array(joint_points(space, space.linkage.bodies[body])) - origin) @ R
+    return axes, joints @ axes[:2].T
 
 
 def axes_and_height(space: DesignSpace, body: int) -> tuple[Array, float]:

@@ -108,17 +108,16 @@ def test_shape_and_web_have_the_volume_of_the_union_of_two_solids(text, centre, 
     assert together == pytest.approx(union, rel=3e-6)
 
 
+def with_disc(arm, region, shape):
+    """A steel disc on the first link of an arm."""
+    options = dict(density=STEEL, shape=shape, balance="force")
+    return balance.counterweights(arm, ["l1"], {"l1": region}, **options)
+
+
 def test_webs_that_do_not_settle_are_not_counted(turned_arm, monkeypatch):
     """The answer is then the shape alone, with its arm."""
     monkeypatch.setattr("balance.masses.counterweights.shaped.webs.MOST_STEPS", 1)
-    answer = balance.counterweights(
-        turned_arm,
-        ["l1"],
-        {"l1": "ball(0,0,0,0.2)"},
-        density=STEEL,
-        shape="disc=0.02",
-        balance="force",
-    )
+    answer = with_disc(turned_arm, "ball(0,0,0,0.2)", "disc=0.02")
     (weight,) = answer.weights
     reach = np.sqrt(0.2**2 - 0.01**2)
     per = np.pi * 0.02 * STEEL
@@ -128,14 +127,7 @@ def test_webs_that_do_not_settle_are_not_counted(turned_arm, monkeypatch):
 
 
 def test_a_disc_that_holds_its_joint_has_no_web(turned_arm):
-    answer = balance.counterweights(
-        turned_arm,
-        ["l1"],
-        {"l1": "ball(0,0,0,0.1)"},
-        density=STEEL,
-        shape="disc=0.014",
-        balance="force",
-    )
+    answer = with_disc(turned_arm, "ball(0,0,0,0.1)", "disc=0.014")
     (weight,) = answer.weights
     assert weight.web is None and weight.arm == 0.0
     assert STEEL * weight.region.volume == pytest.approx(weight.mass, rel=1e-12)

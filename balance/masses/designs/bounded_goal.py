@@ -39,6 +39,8 @@ from kinematics.numerics.array_types import Array
 MAX_SOLUTIONS = 6
 # An error above this part of the one before has reached the round-off of the solver.
 ERROR_FALLS = 0.5
+# Part of its limit of density beyond which a body is near it.
+NEAR_LIMIT = 0.5
 
 
 class Goal(NamedTuple):
@@ -121,15 +123,38 @@ class Minimiser(NamedTuple):
     error: float
 
 
-def minimise_bounded(
-    bounded: BoundedGoal, start: Array, densities: bool = True
-) -> Minimiser | None:
+def minimise_bounded(bounded: BoundedGoal, start: Array) -> Minimiser | None:
     """Minimise a goal within its bounds.
+
+    Limits of density enter for bodies near them at the start. The minimiser within these is the
+    one within all, unless a body exceeds a limit that was left out: then this one enters too.
 
     Args:
         start: coordinates (n + 1,) of positive definite bodies, which measure the first
             solution.
-        densities: whether the limits of density count.
+
+    Returns:
+        The minimiser; None if the solver finds none.
+    """
+    program = bounded.program
+    entered = _beyond(program, bounded.cone.linear_at(start[:-1]), NEAR_LIMIT)
+    while True:
+        densities = {b: program.densities[b] for b in sorted(entered)}
+        some = bounded._replace(program=program._replace(densities=densities))
+        best = _refine_minimiser(some, start)
+        if len(entered) == len(program.densities):
+            return best
+        if best is None:
+            entered = set(program.densities)
+            continue
+        beyond = _beyond(program, bounded.cone.linear_at(best.v[:-1]), 1.0 + DENSITY_RELATIVE)
+        if beyond <= entered:
+            return best
+        entered |= beyond
+
+
+def _refine_minimiser(bounded: BoundedGoal, start: Array) -> Minimiser | None:
+    """Minimise a goal within all limits of density.
 
     Returns:
         The most accurate of the solutions that an earlier one measured, else the first one;
@@ -139,7 +164,7 @@ def minimise_bounded(
     size = abs(bounded.goal.variable_part(start)) or 1.0
     for k in range(MAX_SOLUTIONS):
         try:
-            solution = _solve(bounded, reference, size, densities)
+            solution = _solve(bounded, reference, size)
         except np.linalg.LinAlgError:
             break
         if solution is None:
@@ -187,21 +212,21 @@ def nearest_of_value(
 
 def within_densities(program: Program, P: Array) -> bool:
     """Whether free bodies (free, k, k) need no density above their limits."""
-    return all(
-        density_over_limit(P[b], kappa) <= 1.0 + DENSITY_RELATIVE
-        for b, kappa in program.densities.items()
-    )
+    return not _beyond(program, P, 1.0 + DENSITY_RELATIVE)
 
 
-def _solve(
-    bounded: BoundedGoal, reference: Array, size: float, densities: bool
-) -> Minimiser | None:
+def _beyond(program: Program, P: Array, part: float) -> set[int]:
+    """Find the free bodies (free, k, k) that need more than a part of their limit."""
+    limits = program.densities.items()
+    return {b for b, kappa in limits if density_over_limit(P[b], kappa) > part}
+
+
+def _solve(bounded: BoundedGoal, reference: Array, size: float) -> Minimiser | None:
     """Minimise a goal once; see the module.
 
     Args:
         reference: v0 (n + 1,).
         size: about the value of the goal.
-        densities: whether the limits of density count.
 
     Raises:
         LinAlgError: a body at v0 is not positive definite.
@@ -218,7 +243,7 @@ def _solve(
     parts = [cone.part] * len(P0) + [ConstraintBlock("nonnegative", len(lines)), *goal.parts]
     q, D = (goal.q + goal.D.T @ (goal.D @ reference)) @ X / size, goal.D @ X / np.sqrt(size)
     H = D.T @ D if len(D) else None
-    if densities and program.densities:
+    if program.densities:
         limits = limit_rows(cone.blocks, P0, program.densities, P0)
         n, width = X.shape[1], len(X) - 1
         more = np.hstack([limits.rows[:, :width] @ X[:-1], limits.rows[:, width:]])

@@ -26,8 +26,8 @@ one to the masses in the file, where the solver finds it: that of the least
 The least change depends neither on ε nor on that bound. Newton's method starts at the design
 that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with F = P0.
 
-With limits of density the size of a design is set, as by bounds. Where the minimiser without
-these limits fulfils them, it is that with them.
+With limits of density the size of a design is set, as by bounds. The minimiser within some of
+these limits that fulfils the others is that within all.
 """
 
 from __future__ import annotations
@@ -115,10 +115,7 @@ def minimise_objective(
     epsilon, trace_limit = _distance_and_traces(program, margin, trace, largest)
     goal = _goal(space, program, cone, wanted, file)
     bounded = BoundedGoal(program, cone, goal, epsilon * lower, trace_limit)
-    start = bounded.coordinates_of(design[free])
-    best = minimise_bounded(bounded, start, False)
-    if best is None or not within_densities(program, cone.linear_at(best.v[:-1])):
-        best = minimise_bounded(bounded, start)
+    best = minimise_bounded(bounded, bounded.coordinates_of(design[free]))
     if best is None:
         return
     if change:

@@ -66,8 +66,8 @@ def add_study_options(parser: Parser) -> None:
         type=_varied,
         default=[],
         metavar="PATH=RANGE",
-        help="coupler.length=800mm:1200mm:10 (10 values), or =0.8,0.9 (metres); "
-        "repeatable; without it, the lengths of the model are listed",
+        help="coupler.length=800mm:1200mm:10 (10 values), =90%%:110%%:10 (of that of "
+        "the model), =0.8,0.9 (metres); repeatable; without it, lengths are listed",
     )
     study.add_argument(
         "--counterweights",
@@ -315,12 +315,9 @@ def _vary_text(arguments: argparse.Namespace) -> str:
             continue
     if not lengths:
         return "q2.origin.x=0.1:0.2:10"
-    path, length = list(lengths.items())[min(1, len(lengths) - 1)]
+    path = list(lengths)[min(1, len(lengths) - 1)]
     told = [f"{name} {value:.4g} m" for name, value in list(lengths.items())[:MOST_LENGTHS]]
-    return (
-        f"{path}={0.9 * length:.3g}:{1.1 * length:.3g}:10; now {', '.join(told)}; other paths: "
-        "docs/sweeps.md"
-    )
+    return f"{path}=90%:110%:10; now {', '.join(told)}; other paths: docs/sweeps.md"
 
 
 def _text_that(can_be_read: Callable[[str], object]) -> Callable[[str], str]:

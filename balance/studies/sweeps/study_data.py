@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any, Self
@@ -17,6 +18,7 @@ from typing import Any, Self
 import numpy as np
 
 from balance.studies.sweeps.constraints import read_constraints
+from balance.studies.sweeps.parameter_paths import PathError, read_sites
 from balance.studies.sweeps.quantities import are_slow, read_quantities, share_motion
 from balance.studies.sweeps.ranges import (
     MOST_POINTS,
@@ -28,7 +30,7 @@ from balance.studies.sweeps.ranges import (
     read_range,
     stored_range,
 )
-from balance.studies.sweeps.study_units import in_si, quantities_of_path
+from balance.studies.sweeps.study_units import in_si, quantities_of_path, resolve_percentages
 from balance.support.options import Balance
 from kinematics.error_text import clean, closest_names, did_you_mean
 from kinematics.errors import FileError, UsageError
@@ -125,7 +127,7 @@ class StudyData:
                 raise FileError(source, f"[{clean(str(name))}]", problem, remedy)
         parts = {name: _table(tables, name, source) for name in TABLES}
         text = _read_model(parts["model"], model, source, folder)
-        ranges = dict(_read_ranges(parts["parameters"], source))
+        ranges = dict(_read_ranges(parts["parameters"], text, source))
         samples, seed = _read_sampling(parts["sampling"], ranges, source)
         compute = dict(parts["compute"])
         balance, spatial = _read_balance(compute, source)
@@ -266,18 +268,27 @@ def _read_model(
     return _text_of_file(beside if is_beside else name, options)[0]
 
 
-def _read_ranges(table: Tables, source: str) -> Iterator[tuple[str, Range]]:
-    """Read the ranges of all parameters."""
+def _read_ranges(
+    table: Tables, model: _ModelText, source: str
+) -> Iterator[tuple[str, Range]]:
+    """Read the ranges of all parameters; percentages are those of values of the model."""
     if not table:
         remedy = 'write for instance "q2.origin.x" = "0.1:0.4:31"'
         raise FileError(source, "[parameters]", "nothing varies", remedy)
     for path, value in _flat(table, ""):
         try:
-            yield path, read_range(value, *quantities_of_path(path))
-        except RangeError as error:
+            numbers = resolve_percentages(value, partial(_value_in_model, model, path))
+            yield path, read_range(numbers, *quantities_of_path(path))
+        except (PathError, RangeError) as error:
             remedy = 'give "first:last:count", a list, or {uniform = [a, b]}'
             where = f"[parameters] {clean(path)}"
             raise FileError(source, where, str(error), remedy) from None
+
+
+def _value_in_model(model: _ModelText, path: str) -> float:
+    """Compute the value that a path has in a model; raise PathError if it has none."""
+    sites = read_sites(model.load())
+    return sites.value(sites.find(path))
 
 
 def _read_relations(table: Tables, source: str) -> Iterator[tuple[str, str]]:

@@ -1,8 +1,9 @@
-"""Numbers of a study with units, such as ``"30deg"`` or ``"100mm:400mm:31"``, in SI units."""
+"""Numbers of a study with units, such as ``"30deg"`` or ``"90%:110%:31"``, in SI units."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from balance.support.units import UNITS, read_quantity
@@ -17,6 +18,7 @@ UNIT_OF_QUANTITY = {
 }
 # Digits of a number that was converted: those of the decimals that a person would write.
 DIGITS = 15
+_PERCENTAGE = re.compile(r"([+-]?\d+(?:\.\d*)?)\s*%")
 
 
 def quantity_of_path(path: str) -> str:
@@ -71,3 +73,22 @@ def in_si(value: object, *quantities: str) -> Any:
     if not quantities:
         raise UsageError(f"'{value}': what varies here has no unit; write a number")
     return float(f"{read_quantity(value, *quantities):.{DIGITS}g}")
+
+
+def resolve_percentages(value: object, value_in_model: Callable[[], float]) -> Any:
+    """Convert percentages in texts, also in lists and tables, to numbers in SI units.
+
+    Other values stay as they are.
+
+    Args:
+        value_in_model: computes the value of which they are percentages.
+    """
+    if isinstance(value, Mapping):
+        return {k: resolve_percentages(each, value_in_model) for k, each in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [resolve_percentages(each, value_in_model) for each in value]
+    if not (isinstance(value, str) and "%" in value):
+        return value
+    return _PERCENTAGE.sub(
+        lambda match: f"{float(match[1]) * value_in_model() / 100.0:.{DIGITS}g}", value
+    )

@@ -205,6 +205,34 @@ def test_samples_have_the_distribution_that_is_asked():
     assert np.ptp(counts) <= 2
 
 
+@pytest.mark.parametrize(
+    ("given", "parts"),
+    [
+        ("90%:110%:5", [0.9, 0.95, 1.0, 1.05, 1.1]),
+        (["50 %", "112.5%"], [0.5, 1.125]),
+        ({"uniform": ["90%", "110%"]}, [0.9, 1.1]),
+    ],
+)
+def test_percentages_are_those_of_the_model(given, parts):
+    """The rocker of the file has its joints at 0, 0 and -0.2, 0.7."""
+    length = np.hypot(0.2, 0.7)
+    tables = {"model": {"file": "four_bar_general"}, "parameters": {"rocker.length": given}}
+    if isinstance(given, dict):
+        tables["sampling"] = {"count": 2}
+    numbers = Study.from_tables(tables).parameters["rocker.length"]
+    if numbers.kind == "grid":
+        values = np.linspace(*numbers.numbers[:2], int(numbers.numbers[2]))
+    else:
+        values = np.array(numbers.numbers)
+    assert values == pytest.approx(length * np.array(parts), rel=1e-12)
+
+
+def test_a_percentage_needs_a_value_in_the_model():
+    tables = {"model": {"file": "four_bar_general"}, "parameters": {"a": "90%:110%:5"}}
+    with pytest.raises(FileError, match=r"\[parameters\] a: names no joint, loop or link"):
+        Study.from_tables(tables)
+
+
 @pytest.mark.parametrize("grid", ["0.9:1.3:9", "0.1:0.4:31", "-0.3:0.3:7", "1e-3:5e-3:5"])
 def test_grids_have_the_decimals_that_one_would_write(grid: str):
     first, last, count = grid.split(":")

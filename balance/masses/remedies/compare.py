@@ -11,15 +11,14 @@ from pkgutil import resolve_name
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.feasibility import Feasibility, feasible
 from balance.masses.remedies.applied import AppliedRemedy
-from balance.masses.remedies.catalogue import CATALOGUE
+from balance.masses.remedies.catalogue import CATALOGUE, remedy_named
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.trade_off import GEAR_SHARES, best_points
 from balance.support.materials import density_in_si
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import MASSES_EQUAL
-from kinematics.error_text import did_you_mean
-from kinematics.errors import LinkageError, UsageError
+from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.numerics.compiled.background import collect_garbage_seldom, kernel_clock
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -276,7 +275,8 @@ def compare_remedies(
 
     Args:
         linkage: an assembled linkage, or an argument of `kinematics.load`.
-        only: names of remedies, from `balance.masses.remedies.catalogue`; by default all.
+        only: names of remedies, from `balance.masses.remedies.catalogue`, or their words in
+            tables, such as ``"mirrored copies"``; by default all.
         motion: relations between the inputs.
         balance: ``"dynamic"``, or ``"force"``.
         links: links of the linkage to which matter may be added; by default all bodies.
@@ -344,11 +344,8 @@ def compare_request(
         report: called with each result, as soon as it is there and those before it are.
         workers: processes that apply remedies.
     """
-    for name in only:
-        if name not in CATALOGUE:
-            meant = did_you_mean(name, CATALOGUE)
-            raise UsageError(f"no remedy '{name}'{meant}: choose from {', '.join(CATALOGUE)}")
-    request = replace(request, only=tuple(only))
+    only = tuple(map(remedy_named, only))
+    request = replace(request, only=only)
     request.check()
     names = [name for name in CATALOGUE if name in (only or CATALOGUE)]
     kernel_clock.foresee(UNCOMPILED * len(names))

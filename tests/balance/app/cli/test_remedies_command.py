@@ -26,7 +26,7 @@ from balance.app.cli.main import main
 from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.as_built import AsBuilt
-from balance.masses.remedies.catalogue import CATALOGUE
+from balance.masses.remedies.catalogue import CATALOGUE, remedy_named
 from balance.masses.remedies.compare import RemedyComparison
 from balance.masses.remedies.request import RemedyRequest
 from tests.support.command_runs import asked
@@ -139,10 +139,22 @@ def test_every_remedy_of_the_schema_is_in_the_catalogue():
     assert tuple(known) == tuple(CATALOGUE)
 
 
+def test_the_words_of_the_table_name_a_remedy():
+    """As its name does; a list of them is divided at its commas."""
+    for name, remedy in CATALOGUE.items():
+        for text in (name, remedy.short, f" {remedy.short.upper().replace(' ', '_')}"):
+            assert remedy_named(text) == name and "," not in text
+    found = balance.compare_remedies(NO, ["A pantograph", "a free hinge of the frame"])
+    assert [each.remedy for each in found.results] == ["free_joint", "pantograph"]
+    assert found.request.only == ("pantograph", "free_joint")
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
         (["--only", "wheels"], 2, "no remedy 'wheels'"),
+        (["--only", "partial,relation of input"], 2, "(did you mean 'a relation of inputs'?)"),
+        (["--only", "input_relations"], 2, "(did you mean 'input_relation'?)"),
         (["--gear", "0"], 2, "positive"),
         (["--gear", "nan"], 2, "positive"),
         (["--rotor-radius", "-1"], 2, "positive"),

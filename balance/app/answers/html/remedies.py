@@ -15,7 +15,7 @@ from balance.app.answers.text.remedies import (
     UNITS,
     applicable,
     following_lines,
-    refused_lines,
+    reason_lines,
     remedies_facts,
     remedies_sentence,
     remedy_rows,
@@ -91,7 +91,7 @@ def remedies_page(comparison: RemedyComparison) -> str:
         drawings=_drawings(comparison),
         remedies=rows_table(table, [*range(2, 11)]),
         units=escape(UNITS),
-        refused="\n".join(f"<li>{escape(line)}</li>" for line in refused_lines(comparison)),
+        refused="\n".join(f"<li>{escape(line)}</li>" for line in reason_lines(comparison)),
     )
 
 

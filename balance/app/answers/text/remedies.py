@@ -31,7 +31,7 @@ NO_TRADE_OFF = (
 # Gaps below it are those of the solver.
 GAP_DETERMINED = 1e-6
 ONLY_COPIES = "of these remedies only copies of the whole linkage balance it"
-# Verdicts of what does not help, as lines begin, and where one reads why.
+# Verdicts of what does not help, as lines begin, and where one reads why of the last two.
 UNHELPFUL = {
     "undecided": "undecided",
     "infeasible": "no masses do",
@@ -244,7 +244,7 @@ def remedy_rows(
 ) -> list[tuple[str, ...]]:
     """Build the table of remedies in the order of preference, its head first.
 
-    Those that do not apply to this linkage are left out; see `refused_lines`.
+    Those that do not apply to this linkage are left out; see `reason_lines`.
 
     Args:
         helping: whether those that do not help are left out too.
@@ -259,15 +259,15 @@ def applicable(comparison: RemedyComparison) -> list[AppliedRemedy]:
     return [each for each in comparison.by_preference if each.verdict != "refused"]
 
 
-def refused_lines(comparison: RemedyComparison) -> list[str]:
-    """Say which remedies do not apply to this linkage: a line for each reason."""
+def reason_lines(comparison: RemedyComparison, verdict: str = "refused") -> list[str]:
+    """Say which remedies do not apply, or have another verdict: a line for each reason."""
     names: dict[str, list[str]] = {}
     for each in comparison.by_preference:
-        if each.verdict == "refused":
+        if each.verdict == verdict:
             kinds = names.setdefault(each.reason, [])
             kinds += [each.short] * (each.short not in kinds)
     return [
-        f"not for this machine: {', '.join(kinds)}, because {reason}"
+        f"{UNHELPFUL[verdict]}: {', '.join(kinds)}, because {reason}"
         for reason, kinds in names.items()
     ]
 
@@ -314,7 +314,7 @@ def remedies_body(comparison: RemedyComparison) -> AnswerBody:
         "",
         *table,
         *reasons,
-        *(refused_lines(comparison) if some else _unhelpful_lines(comparison)),
+        *(reason_lines(comparison) if some else _unhelpful_lines(comparison)),
         *_trade_offs(comparison),
     ]
 
@@ -330,13 +330,16 @@ def following_lines(comparison: RemedyComparison) -> list[str]:
 
 
 def _unhelpful_lines(comparison: RemedyComparison) -> list[str]:
-    """Name the remedies that do not help, by verdict, and where their reasons are."""
+    """Name the remedies that do not help, by verdict, and where their reasons are.
+
+    What is undecided, which the user may decide, has its reason here.
+    """
     lines = []
-    for verdict, text in UNHELPFUL.items():
+    for verdict in ("infeasible", "refused"):
         same = [each.short for each in comparison.by_preference if each.verdict == verdict]
         if same:
-            lines.append(f"{text}: {', '.join(dict.fromkeys(same))}")
-    return [*lines, WHY] if lines else []
+            lines.append(f"{UNHELPFUL[verdict]}: {', '.join(dict.fromkeys(same))}")
+    return [*reason_lines(comparison, "undecided"), *lines, *[WHY] * bool(lines)]
 
 
 def _trade_offs(comparison: RemedyComparison) -> AnswerBody:

@@ -356,12 +356,14 @@ def test_where_all_were_tried_the_answer_comes_before_a_short_rest():
     (table,) = [part for part in body if isinstance(part, AnswerTable)]
     assert [row[0] for row in table.rows[1:]] == ["less shaking for a budget"]
     assert body[-4:] == [
-        "undecided: mirrored copies",
+        "undecided: mirrored copies, because why",
         "no masses do: counterweights on the links",
         "not for this machine: a path of the slider",
         "why: --only NAME, or --html FILE.html for all of them",
     ]
     assert len(found.to_dict()["remedies"]) == 4
+    alone = remedies_body(replace(found, results=found.results[1:2]))
+    assert alone[-1] == "undecided: mirrored copies, because why"
 
 
 def test_the_next_command_runs_and_writes_what_was_named(tmp_path, monkeypatch):

@@ -43,7 +43,7 @@ HEAD = (
     "verdict",
     "added (kg)",
     "added (× mass)",
-    "gears (kg)",
+    "of it gears (kg)",
     "input inertia (×)",
     "bearing load (×)",
     "width (×)",
@@ -54,7 +54,7 @@ HEAD = (
 )
 # What the units of the head are.
 UNITS = (
-    "×: times that of the linkage in the file; +: more than there; added: without gears; "
+    "×: times that of the linkage in the file; +: more than there; added: with gears; "
     "gears: solid steel, at the peaks of random motions of 1 s, and not in the written file; "
     "bearing load: the largest force of a joint where one input at a time has these peaks in "
     "the pose of the file (along a motion: balance verify); width: of a box about joints and "
@@ -276,12 +276,12 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     """Build the row of one result."""
     if not applied.helps:
         return (applied.short, applied.verdict, *[NONE] * (len(HEAD) - 2))
-    built = applied.built
+    built, whole = applied.built, applied.added_mass_with_gears
     numbers = (
         NONE if value is None else number_text(value, FORM, given_mass)
         for value in (
-            applied.added_mass,
-            applied.mass_ratio,
+            None if applied.added_mass is None else whole,
+            None if applied.added_mass is None else whole / given_mass,
             None if built is None else built.gear_mass,
             applied.inertia_ratio,
             None if built is None else built.bearing_ratio,
@@ -358,5 +358,5 @@ def _trade_offs(comparison: RemedyComparison) -> AnswerBody:
     ]
     if not rows:
         return ["", NO_TRADE_OFF] if comparison.request.trade_off else []
-    head = "trade-off", "added (kg)", "input inertia (kg m2)", "gear", "gap"
+    head = "trade-off", "added without gears (kg)", "input inertia (kg m2)", "gear", "gap"
     return ["", AnswerTable([head, *rows])]

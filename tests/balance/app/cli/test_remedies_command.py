@@ -14,6 +14,7 @@ import pytest
 import balance
 import kinematics
 from balance.app.answers.answer import AnswerTable
+from balance.app.answers.html.remedies import remedies_page
 from balance.app.answers.text.remedies import (
     NO_TRADE_OFF,
     first_choice,
@@ -125,7 +126,7 @@ def test_the_picture_of_costs(tmp_path):
     done = asked(["remedies", NO, "--only", "partial", "--plot", str(path)])
     assert done.code == 0 and f"written: {path}\n" in done.err
     text = path.read_text("utf-8")
-    assert "added mass, of that of the linkage" in text
+    assert "added mass with gears, of that of the linkage" in text
     assert "less shaking for a budget" in text
     path.unlink()
     done = asked(["remedies", NO, "--only", "own_masses", "--plot", str(path)])
@@ -282,11 +283,13 @@ def test_gears_count_in_what_one_would_build_first():
         "counter_rotary_masses",
     ]
     row = dict(zip(*(remedy_rows(found)[k] for k in (0, 2)), strict=True))
-    assert (row["gears (kg)"], row["bearing load (×)"], row["width (×)"]) == (
-        "2",
-        "1.5",
-        "1.25",
-    )
+    assert (row["added (kg)"], row["of it gears (kg)"]) == ("7", "2")
+    assert float(row["added (× mass)"]) == pytest.approx(7.0 / found.request.given_mass, 1e-3)
+    assert (row["bearing load (×)"], row["width (×)"]) == ("1.5", "1.25")
+    page = remedies_page(replace(found, results=(replace(geared, inertia_ratio=1.0),)))
+    (data,) = re.findall(r'id="figures">(.*?)</script>', page, re.DOTALL)
+    (mark,) = json.loads(data)[0]["data"]
+    assert mark["x"] == pytest.approx([7.0 / found.request.given_mass], rel=1e-12)
     assert "turning counterweights 7 kg" in found.why_first
     (alone,) = comparison_of(("passive_wheel", "feasible", 6.0)).results
     alone = replace(found, results=(replace(alone, lost_freedoms=1),))

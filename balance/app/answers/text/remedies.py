@@ -59,7 +59,7 @@ UNITS = (
     "bearing load: the largest force of a joint where one input at a time has these peaks in "
     "the pose of the file (along a motion: balance verify); width: of a box about joints and "
     "masses; shaking left: where all is balanced, its part of the bodies' own inertia; else "
-    "the rms, times that of the file"
+    "the rms over the motions, times that of the file (balance verify has peaks)"
 )
 
 
@@ -143,7 +143,7 @@ def remedies_sentence(comparison: RemedyComparison) -> str:
     practice = _in_practice(comparison)
     if comparison.verdict == "partial":
         first = comparison.by_preference[0]
-        cost = f"{first.added_text} added; shaking left: {_shaking_text(first)}"
+        cost = f"{first.added_text} added; rms shaking left: {_shaking_text(first)}"
         heavy = f"{first.short[0].upper()}{first.short[1:]} ({cost})"
         return f"{practice.removesuffix('; ') or heavy}."
     return f"{practice or none[0].upper()}{none if practice else none[1:]}."
@@ -182,7 +182,9 @@ def _in_practice(comparison: RemedyComparison) -> str:
         points = way.remedy in ON_LINKS and comparison.request.density is None
         added = f"{way.added_text}{' of point masses' * points} added"
         cost = f"{added}, {ratio} times the mass of the linkage"
-        ways.append(f"{way.short} ({cost}; shaking left: {_shaking_text(way)})")
+        ways.append(
+            f"{way.short} ({cost}; {'rms ' * (not ways)}shaking left: {_shaking_text(way)})"
+        )
     return f"Build {', or '.join(ways)}; " if ways else ""
 
 

@@ -405,7 +405,9 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
     found = replace(found, results=results)
     said = remedies_sentence(found)
     assert said.startswith("Build counterweights for the force (2 kg of point masses added, ")
-    assert "the linkage; shaking left: force 0, moment × 5.5), or less shaking for a " in said
+    assert (
+        "the linkage; rms shaking left: force 0, moment × 5.5), or less shaking for a " in said
+    )
     assert (
         "less shaking for a budget (1 kg of point masses added, " in said
         and "left: force × 0.75, moment × 1.25); " in said

@@ -124,7 +124,8 @@ class RemedyComparison(WithPage, WithPicture):
         """All results, those first that one would build first.
 
         What balances comes first, without loss of freedoms before with it, a frame that turns
-        after other parts, and the least mass, with gears, first; then partial balance, copies
+        after other parts, and the least mass, with gears, first; then partial balance, what
+        adds more than the mass of the linkage after what adds no more, copies
         of the whole linkage that balance it, springs for a torque, all again
         with more than `MOST_BUILT` times the given mass, what is undecided, what no masses do,
         and what does not apply, in the order of the catalogue.
@@ -140,6 +141,7 @@ class RemedyComparison(WithPage, WithPicture):
         )
         torque = [each for each in partial if each.remedy in TORQUE_ALONE]
         partial = [each for each in partial if each not in torque]
+        partial.sort(key=self.outweighs)
         helping = (*balanced, *partial, *copies, *torque)
         heavy = [each for each in helping if self.too_heavy(each)]
         light = [each for each in helping if each not in heavy]
@@ -173,6 +175,11 @@ class RemedyComparison(WithPage, WithPicture):
             but = "with fewer freedoms, copies of it all or a frame that turns"
             words.append(f"lighter, but {but}: {names}")
         return "; ".join(words)
+
+    def outweighs(self, applied: AppliedRemedy) -> bool:
+        """Whether a remedy adds, with gears, more than the mass of the linkage."""
+        given = self.request.given_mass
+        return applied.added_mass_with_gears > given * (1.0 + MASSES_EQUAL)
 
     def too_heavy(self, applied: AppliedRemedy) -> bool:
         """Whether a remedy adds, with gears, over `MOST_BUILT` times the given mass."""

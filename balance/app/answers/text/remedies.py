@@ -177,15 +177,18 @@ def first_choice(comparison: RemedyComparison) -> AppliedRemedy | None:
 def _in_practice(comparison: RemedyComparison) -> str:
     """Say which partial balance one builds, then a semicolon; empty if there is none."""
     given, ways = comparison.request.given_mass, []
-    for way in _less_shaking(comparison):
+    less = _less_shaking(comparison)
+    for k, way in enumerate(less):
         ratio = number_text(way.added_mass_with_gears / given, FORM)
         points = way.remedy in ON_LINKS and comparison.request.density is None
         added = f"{way.added_text}{' of point masses' * points} added"
         cost = f"{added}, {ratio} times the mass of the linkage"
+        later = k > 0 and comparison.outweighs(way) and not comparison.outweighs(less[k - 1])
         ways.append(
-            f"{way.short} ({cost}; {'rms ' * (not ways)}shaking left: {_shaking_text(way)})"
+            f"{', heavier than the linkage,' * later} {way.short} ({cost}; "
+            f"{'rms ' * (k == 0)}shaking left: {_shaking_text(way)})"
         )
-    return f"Build {', or '.join(ways)}; " if ways else ""
+    return f"Build{', or'.join(ways)}; " if ways else ""
 
 
 def _why_unbuilt(comparison: RemedyComparison) -> str:

@@ -312,6 +312,33 @@ def test_what_is_too_heavy_is_not_built_first():
     assert said["reduce, in steel"] == "balance reduce m --links a --budget 1"
 
 
+def test_partial_balance_heavier_than_the_linkage_comes_second():
+    """In the sentence, in the table and in the next command; round-off does not count."""
+    mass = comparison_of().request.given_mass
+
+    def shown(force, budget):
+        results = (
+            ("force_masses", "partial", force * mass),
+            ("partial", "partial", budget * mass),
+        )
+        found = comparison_of(("duplicates", "feasible", 8.0 * mass), *results)
+        return found, remedies_sentence(found)
+
+    found, said = shown(4.0, 1.0 + 1e-9)
+    assert said.startswith("Build less shaking for a budget (")
+    assert "), or, heavier than the linkage, counterweights for the force (" in said
+    assert first_choice(found).remedy == "partial"
+    assert [row[0] for row in remedy_rows(found)[1:]] == [
+        "less shaking for a budget",
+        "counterweights for the force",
+        "mirrored copies",
+    ]
+    for force, budget in ((0.9, 1.0), (4.0, 5.0)):
+        found, said = shown(force, budget)
+        assert said.startswith("Build counterweights for the force (")
+        assert "heavier" not in said and first_choice(found).remedy == "force_masses"
+
+
 def test_springs_are_not_said_to_shake_less():
     """They take torque alone; a frame that turns is compared with copies too."""
     mass = 20.0 * comparison_of().request.given_mass

@@ -271,6 +271,28 @@ def test_a_linkage_without_a_plane_has_no_shapes():
         balance.counterweights("delta", "all", shape="cylinder=40mm", balance="force")
 
 
+@pytest.mark.parametrize(
+    "text, advice",
+    [
+        ("sector=12mm,disc=12mm", "sector=12mm"),
+        ("disc=20mm/sector=20mm", "disc=20mm"),
+        ("sector=1cm,0.1;disc=1cm", "sector=1cm,0.1"),
+        ("disc=5mm/disc=8mm", "disc=5mm/8mm"),
+        ("block=5mm, block=8mm", "block=5mm/8mm"),
+        ("disc=0.02,disc=", "disc=0.02"),
+    ],
+)
+def test_what_is_advised_for_several_shapes_is_one(text, advice):
+    with pytest.raises(UsageError, match=f"give one, such as {advice}$"):
+        read_weight_shapes(text)
+    assert len({shape.kind for shape in read_weight_shapes(advice)}) == 1
+
+
+def test_the_form_of_a_region_is_told_to_be_in_numbers():
+    with pytest.raises(UsageError, match=r"write ball\(x,y,z,r\) in numbers, metres or with"):
+        read_region("ball(x,y,z,r)")
+
+
 def test_units_of_shapes():
     assert read_weight_shapes("disc=20mm") == read_weight_shapes("disc=0.02")
     assert read_region("ball(0,0,0,20mm)").size == 0.02

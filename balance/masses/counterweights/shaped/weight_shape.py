@@ -89,10 +89,10 @@ class WeightShape(NamedTuple):
 
 
 def shape_text(choices: Sequence[WeightShape]) -> str:
-    """Return the text of a shape in its sizes, as `read_weight_shapes` reads it."""
-    sizes = "/".join(f"{shape.size:g}" for shape in choices)
+    """Return the text of a shape in its sizes, mm, as `read_weight_shapes` reads it."""
+    sizes = "/".join(f"{1e3 * shape.size:g}mm" for shape in choices)
     radius = choices[0].radius
-    return f"{choices[0].kind}={sizes}{'' if radius is None else f',{radius:g}'}"
+    return f"{choices[0].kind}={sizes}{'' if radius is None else f',{1e3 * radius:g}mm'}"
 
 
 def shapes_in_words(choices: Sequence[WeightShape]) -> str:

@@ -100,6 +100,23 @@ def relaxed_command(arguments: argparse.Namespace, matter: Counterweights) -> st
     return shlex.join(["balance", "counterweights", *words]) if words else ""
 
 
+def cut_command(arguments: argparse.Namespace, matter: Counterweights) -> str:
+    """Write the request for a shape of plate in place of any shape; see `propose_shape`.
+
+    Args:
+        arguments: the options of ``balance counterweights``, with its ``words``.
+        matter: the answer to them, which balances.
+
+    Returns:
+        The command; empty without such a shape.
+    """
+    from balance.masses.counterweights.shaped.propose_shape import propose_shape
+
+    change = propose_shape(matter)
+    words = _relaxed_words(arguments, matter, change) if change else []
+    return shlex.join(["balance", "counterweights", *words]) if words else ""
+
+
 def _relaxed_words(
     arguments: argparse.Namespace, matter: Counterweights, change: Relaxation
 ) -> list[str]:

@@ -240,6 +240,14 @@ class Counterweights(WithPage, WithPicture):
         return self.value + self.price * self.added_mass + moving
 
     @property
+    def may_have_shape(self) -> bool:
+        """Whether it is matter of any shape of a request that may ask for a shape of plate."""
+        space = self.space
+        in_plane = space.planar and space.balance == "force" and not space.requirements
+        plain = self.minimise == "mass" and self.thickness is None and not self.movable
+        return in_plane and plain and self.shape is None and bool(self.weights and self.density)
+
+    @property
     def worth_naming(self) -> tuple[Relaxation, ...]:
         """Changes of the request that need no more than a hundred times the given mass.
 

@@ -69,7 +69,7 @@ def shape_changes(
     return tuple(replace(change, shape=change.shape or shape_text(wider)) for change in changes)
 
 
-class _Trial(NamedTuple):
+class ShapeTrial(NamedTuple):
     """A change that balances, and whether a workshop cuts what it gives in whole pieces."""
 
     change: Relaxation
@@ -85,9 +85,9 @@ def _growths(
     """
     space = answer.space
     classes = classes_among(alike_links(space.linkage), stocks)
-    changes = [_larger_regions(answer, stocks, choices, alike) for alike in classes]
+    changes = [larger_regions(answer, stocks, choices, alike) for alike in classes]
     if not any(changes) and len(classes) > 1:
-        changes = [_larger_regions(answer, stocks, choices, tuple(stocks))]
+        changes = [larger_regions(answer, stocks, choices, tuple(stocks))]
     if len(choices) == 1:
         changes.append(_larger_size(answer, stocks, choices[0]))
     helpful = [trial for trial in changes if trial]
@@ -96,9 +96,9 @@ def _growths(
     return tuple(helpful[k].change for k in rank_least_first(growths, relative=MASS_GAP))
 
 
-def _first_whole(trials: Iterable[_Trial | None]) -> _Trial | None:
+def _first_whole(trials: Iterable[ShapeTrial | None]) -> ShapeTrial | None:
     """Return the first trial whose shapes are whole, of few that balance; else the first."""
-    balanced: list[_Trial] = []
+    balanced: list[ShapeTrial] = []
     for trial in trials:
         if trial is not None and trial.whole:
             return trial
@@ -108,23 +108,23 @@ def _first_whole(trials: Iterable[_Trial | None]) -> _Trial | None:
     return balanced[0] if balanced else None
 
 
-def _larger_regions(
+def larger_regions(
     answer: Counterweights,
     stocks: Mapping[int, Stock],
     choices: Sequence[WeightShape],
     bodies: Sequence[int],
-) -> _Trial | None:
+) -> ShapeTrial | None:
     """Find the smallest balls or cylinders about the regions of links that hold the shapes."""
     space, largest = answer.space, max(choices, key=lambda shape: shape.size)
     size = max(stocks[b].region.size for b in bodies)
 
-    def try_radius(radius: float) -> _Trial | None:
+    def try_radius(radius: float) -> ShapeTrial | None:
         wide = {b: _wider(space, b, stocks[b].region, largest, radius) for b in bodies}
         larger = {b: stocks[b]._replace(region=wide.get(b, stocks[b].region)) for b in stocks}
         # All links with one size are tried first: all choices of several take long.
-        if not any(_balancing_shapes(answer, larger, [shape]) for shape in choices):
+        if not any(balancing_shapes(answer, larger, [shape]) for shape in choices):
             return None
-        shaped = _balancing_shapes(answer, larger, choices)
+        shaped = balancing_shapes(answer, larger, choices)
         if shaped is None:
             return None
         texts = {b: _text_of(space, b, wide[b]) for b in bodies}
@@ -134,7 +134,7 @@ def _larger_regions(
         if same and len(stocks) == len(bodies) > 1:
             regions = {ALL: texts[bodies[0]]}
         change = Relaxation(links, radius / size, shaped.added_mass, regions)
-        return _Trial(change, _is_whole(shaped))
+        return ShapeTrial(change, are_whole(shaped))
 
     try:
         return _first_whole(map(try_radius, _rounded_above(size)))
@@ -144,22 +144,22 @@ def _larger_regions(
 
 def _larger_size(
     answer: Counterweights, stocks: Mapping[int, Stock], shape: WeightShape
-) -> _Trial | None:
+) -> ShapeTrial | None:
     """Find the least size of a shape, in the given regions, that balances."""
 
-    def try_size(size: float) -> _Trial | None:
+    def try_size(size: float) -> ShapeTrial | None:
         larger = [shape._replace(size=size)]
-        shaped = _balancing_shapes(answer, stocks, larger)
+        shaped = balancing_shapes(answer, stocks, larger)
         if shaped is None:
             return None
         text = shape_text(larger)
         change = Relaxation((), size / shape.size, shaped.added_mass, shape=text)
-        return _Trial(change, _is_whole(shaped))
+        return ShapeTrial(change, are_whole(shaped))
 
     return _first_whole(map(try_size, _rounded_above(shape.size)))
 
 
-def _is_whole(shaped: Counterweights) -> bool:
+def are_whole(shaped: Counterweights) -> bool:
     """Whether every shape is joined to its link, and none is too narrow to cut."""
     return not any(weight.floats or weight.too_narrow for weight in shaped.weights)
 
@@ -167,12 +167,12 @@ def _is_whole(shaped: Counterweights) -> bool:
 def balancing_shape_mass(
     answer: Counterweights, stocks: Mapping[int, Stock], choices: Sequence[WeightShape]
 ) -> float | None:
-    """Compute the mass of shapes that balance, kg; see `_balancing_shapes`."""
-    shaped = _balancing_shapes(answer, stocks, choices)
+    """Compute the mass of shapes that balance, kg; see `balancing_shapes`."""
+    shaped = balancing_shapes(answer, stocks, choices)
     return None if shaped is None else shaped.added_mass
 
 
-def _balancing_shapes(
+def balancing_shapes(
     answer: Counterweights, stocks: Mapping[int, Stock], choices: Sequence[WeightShape]
 ) -> Counterweights | None:
     """Find shapes that balance; None if none were found.

@@ -51,6 +51,11 @@ FRAMES = (
 PLATES = (
     "--shape sector=20mm or disc=20mm asks for plates to cut, which may need larger regions"
 )
+# What nobody has checked of shapes, which lie in the plane of their links.
+LAYERS = (
+    "which layer parts are in, and whether they collide with other links or the frame, is not "
+    "checked"
+)
 # Distance from a joint, over the length of the linkage, up to which a centre of mass is at it.
 AT_JOINT = 1e-6
 # Angle of a sector that a workshop cuts, radians.
@@ -207,7 +212,7 @@ def place_facts(
 
 
 def shape_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
-    """Say what holds shapes, and which sectors are too narrow to cut."""
+    """Say what holds shapes, what is not checked, and which sectors are too narrow to cut."""
     apart = [
         f"{number_text(1e3 * weight.arm)} mm on '{weight.link}'"
         for weight in weights
@@ -232,7 +237,7 @@ def shape_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
             "sector=, which reaches the joint"
         )
         pairs.append(("arm", text))
-    return pairs + _sliver_facts(weights)
+    return [*pairs, ("layers", LAYERS), *_sliver_facts(weights)] if weights else []
 
 
 def _place_text(space: DesignSpace, weight: Counterweight, digits: int) -> str:

@@ -28,7 +28,7 @@ from balance.app.cli.motion_source import (
     notices_of,
     random_motions_remark,
 )
-from balance.app.cli.next_command import reduce_command, relaxed_command
+from balance.app.cli.next_command import cut_command, reduce_command, relaxed_command
 from balance.app.cli.number_arguments import finite_number, whole_number
 from balance.app.cli.outputs import (
     add_out_option,
@@ -149,7 +149,6 @@ def _run(arguments: argparse.Namespace) -> Answer:
         load = _load_data(arguments, space)
     parts = make_parts(arguments, matter)
     reduce = reduce_command(arguments, matter.given_mass)
-    following = relaxed_command(arguments, matter)
     notices = (
         *space.warnings,
         *distant_regions(space, dict(arguments.region)),
@@ -159,7 +158,15 @@ def _run(arguments: argparse.Namespace) -> Answer:
     return Answer(
         verdict_code(matter.verdict),
         lambda: matter.to_dict() | ({} if load is None else {"payload": load.to_dict()}),
-        lambda: [*counterweights_body(matter, reduce, following), *payload_section(load)],
+        lambda: [
+            *counterweights_body(
+                matter,
+                reduce,
+                relaxed_command(arguments, matter),
+                cut_command(arguments, matter),
+            ),
+            *payload_section(load),
+        ],
         notices,
         join_remarks(
             random_motions_remark(arguments, matter.space.linkage, matter.along.before.motions)

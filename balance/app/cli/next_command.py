@@ -7,6 +7,8 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from balance.masses.counterweights.link_regions import ALL, radius_text
 from kinematics.numerics.linalg.ties import rank_least_first
 from kinematics.wording import number_text
@@ -80,7 +82,8 @@ def reduce_command(
 def relaxed_command(arguments: argparse.Namespace, matter: Counterweights) -> str:
     """Write the same request with a change that was checked to make it feasible.
 
-    Of those that need about the least mass, it is the first.
+    Of those that need about the least mass, it is the first; for a shape, the first of all,
+    which needs the least room.
 
     Args:
         arguments: the options of ``balance counterweights``, with its ``words``.
@@ -90,9 +93,27 @@ def relaxed_command(arguments: argparse.Namespace, matter: Counterweights) -> st
         The command; empty if no change helps, or options cannot write it.
     """
     changes = matter.worth_naming
-    order = rank_least_first([change.mass for change in changes], relative=ABOUT_EQUAL)
+    equal = np.inf if any(change.for_shape for change in changes) else ABOUT_EQUAL
+    order = rank_least_first([change.mass for change in changes], relative=equal)
     changed = (_relaxed_words(arguments, matter, changes[k]) for k in order)
     words = next((words for words in changed if words), None)
+    return shlex.join(["balance", "counterweights", *words]) if words else ""
+
+
+def cut_command(arguments: argparse.Namespace, matter: Counterweights) -> str:
+    """Write the request for a shape of plate in place of any shape; see `propose_shape`.
+
+    Args:
+        arguments: the options of ``balance counterweights``, with its ``words``.
+        matter: the answer to them, which balances.
+
+    Returns:
+        The command; empty without such a shape.
+    """
+    from balance.masses.counterweights.shaped.propose_shape import propose_shape
+
+    change = propose_shape(matter)
+    words = _relaxed_words(arguments, matter, change) if change else []
     return shlex.join(["balance", "counterweights", *words]) if words else ""
 
 

@@ -32,7 +32,7 @@ from balance.app.cli.outputs import (
     result_files,
 )
 from balance.app.cli.progress import print_on_terminal, progress_bar
-from balance.masses.counterweights.link_regions import ALL
+from balance.masses.counterweights.link_regions import ALL, regions_by_name
 from balance.masses.remedies.catalogue import CATALOGUE, remedy_named
 from kinematics.errors import UsageError
 
@@ -213,7 +213,7 @@ def _request(
         tuple(arguments.motion or ()),
         arguments.balance,
         tuple(arguments.links),
-        dict(arguments.region),
+        regions_by_name(linkage, arguments.links or (ALL,), dict(arguments.region)),
         arguments.gear,
         arguments.rotor_radius,
         arguments.budget,

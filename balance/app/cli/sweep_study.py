@@ -158,7 +158,7 @@ def _check_matter_regions(arguments: argparse.Namespace) -> None:
     check_regions(arguments)
     links = [*(arguments.counterweights or ()), *(arguments.reduce or ())]
     for name, _ in arguments.region:
-        if name not in links and ALL not in links:
+        if name != ALL and name not in links and ALL not in links:
             arguments.refuse(
                 f"--region {clean(name)}: nothing is added to this link: name it in "
                 "--counterweights or --reduce"
@@ -169,7 +169,7 @@ def _regions_on(links: list[str], arguments: argparse.Namespace) -> dict[str, di
     """Entry of the regions of the options for these links; empty if they have none."""
     from balance.masses.counterweights.link_regions import ALL
 
-    regions = {k: v for k, v in arguments.region if k in links or ALL in links}
+    regions = {k: v for k, v in arguments.region if k in links or ALL in (k, *links)}
     return {"regions": regions} if regions else {}
 
 

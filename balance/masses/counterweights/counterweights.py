@@ -13,10 +13,16 @@ from balance.masses.counterweights.added_program import IDLE_MASS_PRICE, AddedOb
 from balance.masses.counterweights.alike_links import alike_links, classes_among
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
 from balance.masses.counterweights.decide_points import decide
-from balance.masses.counterweights.link_regions import ALL, default_region, regions_of
+from balance.masses.counterweights.link_regions import (
+    ALL,
+    default_region,
+    regions_by_name,
+    regions_of,
+)
 from balance.masses.counterweights.moved_matter import moved_links
 from balance.masses.counterweights.regions import Region
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
+from balance.masses.counterweights.shaped.exclude_shapes import exclude_shapes
 from balance.masses.counterweights.shaped.shape_changes import (
     balancing_shape_mass,
     shape_changes,
@@ -89,8 +95,8 @@ def counterweights(
     Args:
         space: a design space, or a linkage, its path or its name.
         links: names of the links to which matter may be added, or a text, ``"crank,rocker"``.
-        regions: where, by name: a `Region` of the link frame, or its text, such as
-            ``ball(0,0,0,0.1)``, ``box(-0.2:0,-0.1:0.1,0:0.1)``,
+        regions: where, by name, or ``all`` for each link without one: a `Region` of the link
+            frame, or its text, such as ``ball(0,0,0,0.1)``, ``box(-0.2:0,-0.1:0.1,0:0.1)``,
             ``cylinder(x,y,z,ax,ay,az,r,length)``, ``ellipsoid(x,y,z,a,b,c)`` in metres,
             ``mesh(FILE.stl,1mm)``, a closed convex mesh in the link frame and its unit, or
             ``collision``, the convex hull of the link's collision elements. By default a ball
@@ -149,7 +155,8 @@ def counterweights(
         raise ValueError(f"minimise must be one of {', '.join(get_args(AddedObjective))}")
     asked = as_space(space, motion, balance)
     motions = motions_or_turn(asked.linkage, motions, speed, crank, asked.motion)
-    body_regions = regions_of(asked, links, regions or {})
+    regions = regions_by_name(asked.linkage, links, regions or {})
+    body_regions = regions_of(asked, links, regions)
     thickness = length_in_si(thickness)
     limits = density_limits(asked, body_regions, density_in_si(density), thickness)
     if not (np.isfinite(price_of_mass) and price_of_mass >= 0.0):
@@ -164,9 +171,11 @@ def counterweights(
         answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, denser, moved)
         if choices and answer.weights:
             answer = decide_shaped(answer, stocks, choices)
+            if not answer.weights and prove:
+                answer = exclude_shapes(answer, stocks, choices)
     else:
         answer = decide(asked, body_regions, minimise, price_of_mass, moved)
-    chosen = tuple(name for name in answer.regions if name not in (regions or {}))
+    chosen = tuple(name for name in answer.regions if name not in regions)
     answer = replace(answer, chosen=chosen, thickness=thickness)
     if motions is not None and answer.z is not None:
         return with_loads(answer, motions)

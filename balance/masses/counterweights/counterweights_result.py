@@ -60,7 +60,8 @@ class Relaxation:
             None if matter must be added to these links too, in their default regions. Of a
             request for a shape, growth of the largest region, or of the shape.
         mass: mass that is then added, kg.
-        regions: regions of these links that hold a shape, as text; empty for other changes.
+        regions: regions of these links that hold a shape, as text, or that of ``all``; empty
+            for other changes.
         shape: text of another shape; None for other changes.
     """
 
@@ -81,7 +82,7 @@ class Relaxation:
         mass = f"would do ({number_text(self.mass, ROUGH_FORM)} kg in all)"
         which = quoted_names(self.links)
         if self.for_shape:
-            larger = [f"{text} on '{name}'" for name, text in self.regions.items()]
+            larger = [f"{name}={text}" for name, text in self.regions.items()]
             place = f"the region{'s' * (len(larger) > 1)} {' and '.join(larger)}"
             return f"{' in '.join(filter(None, [self.shape, place * bool(larger)]))} {mass}"
         if self.factor is None:
@@ -135,7 +136,8 @@ class Counterweights(WithPage, WithPicture):
         residual: size of the conditions' residual over the sum of the bodies' parts; None
             likewise.
         certificate: functional (parameters,) that proves infeasibility; see
-            `balance.masses.counterweights.exclusion`.
+            `balance.masses.counterweights.exclusion`, and for a shape
+            `balance.masses.counterweights.shaped.exclude_shapes`.
         check: result of its check without the solver.
         relaxations: changes of one link, or of links that are alike, that would help, the
             smallest first; empty if feasible.
@@ -143,7 +145,7 @@ class Counterweights(WithPage, WithPicture):
         thickness: that of plates about the plane of the linkage, m; None for other matter.
         proof: functional (parameters,) that proves the gap of matter of limited density; see
             `balance.masses.counterweights.volume.filling_check`. None otherwise.
-        shape: shape of the counterweights, such as ``disc=0.02``; None if they have any. The
+        shape: shape of the counterweights, such as ``disc=20mm``; None if they have any. The
             value then is the least mass of such shapes, beside the webs of these, and its gap
             that to their dual.
         least_mass: the least mass of any shape in the regions, kg; None without a shape.
@@ -238,6 +240,14 @@ class Counterweights(WithPage, WithPicture):
         return self.value + self.price * self.added_mass + moving
 
     @property
+    def may_have_shape(self) -> bool:
+        """Whether it is matter of any shape of a request that may ask for a shape of plate."""
+        space = self.space
+        in_plane = space.planar and space.balance == "force" and not space.requirements
+        plain = self.minimise == "mass" and self.thickness is None and not self.movable
+        return in_plane and plain and self.shape is None and bool(self.weights and self.density)
+
+    @property
     def worth_naming(self) -> tuple[Relaxation, ...]:
         """Changes of the request that need no more than a hundred times the given mass.
 
@@ -268,14 +278,14 @@ class Counterweights(WithPage, WithPicture):
     def sentence(self) -> str:
         """The answer in one sentence: what is left to shake, and the added mass."""
         links = ", ".join(self.regions)
+        what, balance = f"matter added to {links}", "balances"
+        if self.shape:
+            what, balance = f"{self.shape.partition('=')[0]}s on {links}", "balance"
         if self.verdict == "infeasible":
             where = " in these regions" if self.depends_on_regions else ""
-            return f"No matter added to {links}{where} balances the linkage."
+            return f"No {what}{where} {balance} the linkage."
         if self.verdict == "undecided":
-            if self.shape:
-                kind = self.shape.partition("=")[0]
-                return f"It is undecided whether {kind}s on {links} balance the linkage."
-            return f"It is undecided whether matter added to {links} balances the linkage."
+            return f"It is undecided whether {what} {balance} the linkage."
         moved = moved_text(self.moved)
         added = f"{moved}, {mass_added_text(self.added_mass, self.mass_form)}".removeprefix(
             ", "

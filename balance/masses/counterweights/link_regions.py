@@ -44,7 +44,8 @@ def regions_of(
 
     Args:
         links: names of the bodies, or ``("all",)`` for all; see `names_of_links`.
-        regions: region of a body, or its text, by name; the others have `default_region`.
+        regions: region of a body, or its text, by name, or ``all`` for each body without one;
+            the others have `default_region`.
 
     Returns:
         The regions by position of the body, ascending.
@@ -62,6 +63,7 @@ def regions_of(
         _check_body(space, name)
         if name in links[:k]:
             raise UsageError(f"link '{name}' is named twice among those to add matter to")
+    regions = regions_by_name(space.linkage, links, regions)
     for name in regions:
         _check_body(space, name)
         if name not in links:
@@ -84,9 +86,24 @@ def names_of_links(linkage: Linkage, links: Sequence[str]) -> Sequence[str]:
     return linkage.body_names if every else links
 
 
+def regions_by_name(
+    linkage: Linkage, links: Sequence[str], regions: Mapping[str, Region | str]
+) -> dict[str, Region | str]:
+    """Return regions by the names of bodies: that of ``all`` is of each link without one."""
+    given = dict(regions)
+    every = given.pop(ALL, None) if ALL not in linkage.places else None
+    names = [] if every is None else names_of_links(linkage, links)
+    return {name: every for name in names if every is not None} | given
+
+
 def radius_text(ball: Region, factor: float = 1.0) -> str:
     """Write the radius of a ball about the joint of a link, times a factor: ``80mm``."""
     return f"{number_text(1e3 * factor * ball.size, '.3g')}mm"
+
+
+def is_about_joint(space: DesignSpace, body: int, region: Region) -> bool:
+    """Whether a region is the ball of some radius about the joint that carries a link."""
+    return region.text == default_region(space, body, region.size).text
 
 
 def default_region(space: DesignSpace, body: int, radius: float | None = None) -> Region:
@@ -141,7 +158,7 @@ def distant_regions(
         regions: region of a body, or its text, by name; unknown names are left out.
     """
     limit, notices = DISTANT * space.chain.frame.length, []
-    for name, given in regions.items():
+    for name, given in regions_by_name(space.linkage, (ALL,), regions).items():
         if name not in space.bodies or (isinstance(given, str) and given.strip() == COLLISION):
             continue
         region = _region_of(space, space.bodies.index(name), given)

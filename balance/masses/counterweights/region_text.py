@@ -60,7 +60,7 @@ def read_region(text: str) -> Region:
             )
         if kind == "ellipsoid" and numbers.size in (6, 9):
             return ellipsoid_region(numbers[:3], numbers[3:6], _angles(numbers))
-    usage = USAGE.get(kind)
+    usage = f"{USAGE[kind]} in numbers, metres or with a unit" if kind in USAGE else ""
     forms = ["80mm (about its joint)", *USAGE.values(), COLLISION]
     raise UsageError(f"region '{text}' has no known form: write {usage or ', '.join(forms)}")
 

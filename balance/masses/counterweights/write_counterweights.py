@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from balance.masses.counterweights.counterweight import Counterweight
+from balance.masses.counterweights.regions import Region
 from balance.masses.designs.density import STEEL
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.designs.write_urdf import append_to_file, replace_inertials
@@ -76,13 +77,14 @@ def with_counterweights(
     """Return the linkage's URDF file with counterweights.
 
     Each lump is a link of its own on a fixed joint, without inertia about its centre. A
-    counterweight of more lumps than are listed is one link with its inertia. Each is drawn as a
-    ball of its volume, of steel if it has no density. These elements stand before the end tag
-    of the file. With ``merge``, the counterweights are in the
-    ``<inertial>`` of their links instead; see `replace_inertials`. One that has a mesh is a
-    link with ``<visual>`` and ``<collision>``, merged ones too; a whole ball, box or cylinder
-    is that primitive. A link from which a share of its mass is moved keeps the rest of it; one
-    from which all of it is moved has the mass of its counterweight.
+    counterweight of more lumps than are listed is one link with its inertia. A whole disc,
+    cylinder, block or ball is drawn as it is, with its web, and any other as a ball of its
+    volume, of steel if it has no density. These elements stand before the end tag of the file.
+    With ``merge``, the counterweights are in the ``<inertial>`` of their links instead; see
+    `replace_inertials`. One that has a mesh is a link with ``<visual>`` and ``<collision>``,
+    merged ones too; a whole ball, box or cylinder is that primitive. A link from which a share
+    of its mass is moved keeps the rest of it; one from which all of it is moved has the mass of
+    its counterweight.
 
     Args:
         merge: whether they go into the masses of their links, for all of them or for these
@@ -190,28 +192,44 @@ def _shapes(weight: Counterweight, mesh: str | None, mass: float) -> tuple[Eleme
     """Make ``<visual>`` and ``<collision>`` about the centre of mass of a counterweight.
 
     Args:
-        mesh: path of its mesh; without one it is drawn as a ball, which collides with nothing.
+        mesh: path of its mesh; without one it is drawn alone, and collides with nothing.
         mass: kg, of the counterweight or of the lump.
     """
+    shape = _primitive(weight.region, weight.com) if _fills_its_region(weight) else None
+    web = None if weight.web is None else _primitive(weight.web, weight.com)
     if mesh is None:
-        radius = (0.75 * mass / (weight.density or STEEL) / np.pi) ** (1.0 / 3.0)
-        ball = Element("geometry", {}, (Element("sphere", {"radius": f"{radius:.4g}"}),))
-        return (Element("visual", {}, (make_elements.origin(np.eye(4)), ball)),)
-    pose, shape = _primitive(weight) or (
-        np.eye(4),
-        Element("mesh", {"filename": mesh, "scale": number_words([1e-3] * 3)}),
-    )
-    parts = (make_elements.origin(pose), Element("geometry", {}, (shape,)))
-    return Element("visual", {}, parts), Element("collision", {}, parts)
+        drawn = [x for x in (shape, web) if x] if shape else [(np.eye(4), _ball(weight, mass))]
+        return tuple(Element("visual", {}, _placed(*each)) for each in drawn)
+    if shape is None or weight.web is not None:
+        scale = number_words([1e-3] * 3)
+        shape = np.eye(4), Element("mesh", {"filename": mesh, "scale": scale})
+    return Element("visual", {}, _placed(*shape)), Element("collision", {}, _placed(*shape))
 
 
-def _primitive(weight: Counterweight) -> tuple[Array, Element] | None:
-    """Make the sphere, box or cylinder that a counterweight is, and its pose (4, 4)."""
-    if weight.form is None or weight.form[:, :3].any() or weight.web is not None:
-        return None
-    region = weight.region
+def _placed(pose: Array, shape: Element) -> tuple[Element, ...]:
+    """Make the origin and the geometry of a shape at a pose (4, 4)."""
+    return make_elements.origin(pose), Element("geometry", {}, (shape,))
+
+
+def _ball(weight: Counterweight, mass: float) -> Element:
+    """Make the ball of the volume of a counterweight or of a lump; of points, in steel."""
+    radius = (0.75 * mass / (weight.density or STEEL) / np.pi) ** (1.0 / 3.0)
+    return Element("sphere", {"radius": f"{radius:.4g}"})
+
+
+def _fills_its_region(weight: Counterweight) -> bool:
+    """Whether it is the whole of its region, besides a web."""
+    return weight.form is not None and not weight.form[:, :3].any()
+
+
+def _primitive(region: Region, centre: Array) -> tuple[Array, Element] | None:
+    """Make the sphere, box or cylinder that a region is, and its pose (4, 4).
+
+    Args:
+        centre: point of the link frame (3,), m, from which it is placed.
+    """
     sizes = np.linalg.norm(region.place[:3, :3], axis=0)
-    away = region.centre - weight.com
+    away = region.centre - centre
     pose = np.eye(4)
     pose[:3, :3] = region.place[:3, :3] / sizes
     pose[:3, 3] = np.where(np.abs(away) <= PART_ROUND_OFF * region.size, 0.0, away)

@@ -8,6 +8,7 @@ from functools import partial
 from itertools import chain
 from pkgutil import resolve_name
 
+from balance.masses.counterweights.link_regions import ALL, regions_by_name
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.feasibility import Feasibility, feasible
 from balance.masses.remedies.applied import AppliedRemedy
@@ -322,12 +323,13 @@ def compare_remedies(
         >>> comparison.results[0].verdict
         'infeasible'
     """
+    linkage = as_linkage(linkage)
     request = RemedyRequest(
-        as_linkage(linkage),
+        linkage,
         tuple(motion),
         balance,
         tuple(links),
-        dict(regions or {}),
+        regions_by_name(linkage, tuple(links) or (ALL,), regions or {}),
         gear,
         radius,
         budget,

@@ -8,6 +8,7 @@ from balance.masses.counterweights.link_regions import (
     default_region,
     names_of_links,
     radius_text,
+    regions_by_name,
 )
 from balance.space.spaces.compute_space import design_space
 from balance.studies.sweeps.plan import Plan
@@ -55,6 +56,8 @@ def following_regions(plan: Plan) -> list[FollowingRegion]:
                 quantity, name, radius_text(default_region(space, space.bodies.index(name)))
             )
             for name in names_of_links(plan.linkage, options["links"])
-            if name in moved and name not in options.get("regions", {})
+            if name in moved
+            and name
+            not in regions_by_name(plan.linkage, options["links"], options.get("regions", {}))
         ]
     return regions

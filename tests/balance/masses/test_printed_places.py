@@ -45,6 +45,54 @@ def test_the_table_of_counterweights_is_that_of_the_file():
         np.testing.assert_allclose(row[2:5], place, atol=1e-9)
 
 
+def areas_of(link):
+    """Functions that tell which points (n, 2), m, are in the cylinders and boxes of a link.
+
+    Their axes are across the plane.
+    """
+    for visual in link.iter("visual"):
+        (shape,) = visual.find("geometry")
+        origin = visual.find("origin")
+        (x, y, _), angles = (
+            np.array((origin.get(name) or "0 0 0").split(), float) for name in ("xyz", "rpy")
+        )
+        assert not angles[:2].any()
+        c, s = np.cos(angles[2]), np.sin(angles[2])
+
+        def inside(points, shape=shape, middle=(x, y), turn=((c, -s), (s, c))):
+            u = (points - middle) @ np.array(turn)
+            if shape.tag == "cylinder":
+                return np.linalg.norm(u, axis=1) <= float(shape.get("radius"))
+            return (np.abs(u) <= 0.5 * np.array(shape.get("size").split(), float)[:2]).all(1)
+
+        yield inside
+
+
+@pytest.mark.parametrize(
+    "shape, regions, kinds",
+    [
+        ("disc=0.02", {}, ["cylinder", "box"]),
+        ("block=0.02", {"all": "250mm"}, ["box", "box"]),
+        ("disc=0.02", {"crank": "box(-0.3:-0.02,-0.3:-0.02,-0.1:0.1)"}, ["cylinder"]),
+    ],
+)
+def test_a_shape_without_parts_is_drawn_with_its_web(shape, regions, kinds):
+    """What is drawn has the mass and the centre of the weight, by a count of squares."""
+    made = balance.counterweights(
+        MODEL, ["crank", "rocker"], regions, balance="force", shape=shape
+    )
+    robot = ElementTree.fromstring(made.to_urdf())
+    (link,) = (x for x in robot.iter("link") if x.get("name") == "crank_counterweight")
+    drawn = [x.tag for geometry in link.iter("geometry") for x in geometry]
+    assert drawn == kinds and link.find("collision") is None
+    line = np.linspace(-0.3, 0.3, 1501)
+    points = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+    inside = np.any([area(points) for area in areas_of(link)], axis=0)
+    mass = 7850.0 * 0.02 * (line[1] - line[0]) ** 2 * inside.sum()
+    assert mass == pytest.approx(float(link.find("inertial/mass").get("value")), rel=5e-3)
+    np.testing.assert_allclose(points[inside].mean(axis=0), 0.0, atol=2e-4)
+
+
 @pytest.mark.parametrize("density", ["steel", 2700.0, None])
 def test_weights_without_parts_are_drawn_as_balls_of_their_volume(density):
     """Point masses as steel; the balls collide with nothing."""

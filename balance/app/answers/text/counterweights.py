@@ -20,7 +20,7 @@ from balance.masses.counterweights.counterweight import (
     Counterweight,
 )
 from balance.masses.counterweights.counterweights_result import Counterweights
-from balance.masses.counterweights.shaped.across_plane import ShapePlace, shape_place
+from balance.masses.counterweights.shaped.across_plane import shape_place
 from balance.masses.designs.density import STEEL
 from balance.motion.verification.comparison import peak_change, round_off_of
 from balance.motion.verification.trajectory import singularity_remark
@@ -34,7 +34,7 @@ from kinematics.wording import number_text, size_text
 
 UNITS = {"mass": "kg", "inertia": "kg m²", "rotor": "kg m²"}
 CUBIC_CENTIMETRES = 1e6
-DIGITS = 5
+DIGITS, PLACE_DIGITS = 5, 4
 # The same where moments of inertia are least, see `Counterweights.roughly_known`, and those of
 # the moments then.
 ROUGH_DIGITS, MOMENT_DIGITS = 3, 2
@@ -47,6 +47,17 @@ FRAMES = (
     "Places, directions and regions are in the link frames of the file, and moments of inertia "
     "along their axes."
 )
+# The option for plates, where no request for them is known to have an answer.
+PLATES = (
+    "--shape sector=20mm or disc=20mm asks for plates to cut, which may need larger regions"
+)
+# What nobody has checked of shapes, which lie in the plane of their links.
+LAYERS = (
+    "which layer parts are in, and whether they collide with other links or the frame, is not "
+    "checked"
+)
+# Distance from a joint, over the length of the linkage, up to which a centre of mass is at it.
+AT_JOINT = 1e-6
 # Angle of a sector that a workshop cuts, radians.
 CUT_ANGLE = np.radians(60.0)
 # What a link gets to which no matter needs to be added.
@@ -103,8 +114,11 @@ def counterweights_facts(
             added += " (balance reduce --pareto 10 weighs mass against shaking)"
         pairs += moved_facts(counterweights.moved)
         pairs += [("added", added), *_shape_facts(counterweights)]
+        if space.linkage.planar:
+            digits, _ = _digits_of(counterweights)
+            pairs += place_facts(space, counterweights.weights, min(PLACE_DIGITS, digits))
         if counterweights.shape is not None:
-            pairs += shape_facts(counterweights.space, counterweights.weights)
+            pairs += shape_facts(counterweights.weights)
         pairs += density_facts(counterweights.weights)
         pairs.append(("residual", size_text(counterweights.residual or 0.0)))
     if counterweights.check:
@@ -185,8 +199,20 @@ def density_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
     return [("density", text)]
 
 
-def shape_facts(space: DesignSpace, weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
-    """Say where shapes are, what holds them, and which sectors are too narrow to cut."""
+def place_facts(
+    space: DesignSpace, weights: Sequence[Counterweight], digits: int = PLACE_DIGITS
+) -> list[tuple[str, str]]:
+    """Say where counterweights of a planar linkage are, as one lays them out on their links.
+
+    Args:
+        digits: significant digits of distances.
+    """
+    places = [_place_text(space, weight, digits) for weight in weights]
+    return [("place", f"centre of mass {'; '.join(places)}")] if places else []
+
+
+def shape_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
+    """Say what holds shapes, what is not checked, and which sectors are too narrow to cut."""
     apart = [
         f"{number_text(1e3 * weight.arm)} mm on '{weight.link}'"
         for weight in weights
@@ -197,8 +223,7 @@ def shape_facts(space: DesignSpace, weights: Sequence[Counterweight]) -> list[tu
         for weight in weights
         if weight.web is not None
     ]
-    places = [_place_text(shape_place(space, weight), weight.link) for weight in weights]
-    pairs = [("place", f"centre of mass {'; '.join(places)}")] if places else []
+    pairs = []
     if webs:
         text = (
             f"{', '.join(webs)}: a bar as thick as the part joins it to the nearest joint, and "
@@ -212,17 +237,30 @@ def shape_facts(space: DesignSpace, weights: Sequence[Counterweight]) -> list[tu
             "sector=, which reaches the joint"
         )
         pairs.append(("arm", text))
-    return pairs + _sliver_facts(weights)
+    return [*pairs, ("layers", LAYERS), *_sliver_facts(weights)] if weights else []
 
 
-def _place_text(place: ShapePlace, link: str) -> str:
-    """Write where the centre of mass of a shape is, from the joint that carries its link."""
+def _place_text(space: DesignSpace, weight: Counterweight, digits: int) -> str:
+    """Write where a counterweight is from the joint that carries its link.
+
+    In line with another joint of the link it is towards it or opposite to it; else it has a
+    direction in the frame of the link, and an angle to each of these joints.
+    """
+    place = shape_place(space, weight)
+    if place.distance <= AT_JOINT * space.length:
+        return f"at {place.joint} on '{weight.link}'"
+    distance = number_text(1e3 * place.distance, f".{digits}g")
+    at = f"{distance} mm from {place.joint} on '{weight.link}'"
+    angles = {name: number_text(angle, ".1f") for name, angle in place.away.items()}
+    in_line = {"0.0": "towards", "180.0": "opposite"}
+    for name, angle in angles.items():
+        if angle in in_line:
+            return f"{at}, {in_line[angle]} {name}"
     # A direction of -180° is that of 180°: round-off decides which.
     direction = round(place.direction, 1)
     direction += 360.0 if direction <= -180.0 else 0.0
-    at = f"{number_text(1e3 * place.distance)} mm from {place.joint} on '{link}'"
-    angles = [f"{number_text(x, '.1f')}° from {name}" for name, x in place.away.items()]
-    return ", ".join([at, f"at {number_text(direction)}° of its frame", *angles])
+    from_joints = [f"{angle}° from {name}" for name, angle in angles.items()]
+    return ", ".join([at, f"at {number_text(direction)}° of its frame", *from_joints])
 
 
 def _sliver_facts(weights: Sequence[Counterweight]) -> list[tuple[str, str]]:
@@ -341,21 +379,27 @@ def _digits_of(counterweights: Counterweights) -> tuple[int, int]:
 
 
 def counterweights_body(
-    counterweights: Counterweights, reduce: str = REDUCE, following: str = ""
+    counterweights: Counterweights,
+    reduce: str = REDUCE,
+    following: str = "",
+    plates: str = "",
 ) -> AnswerBody:
     """Build what is printed on counterweights; see `counterweights_facts`.
 
     Args:
-        following: the command that comes next; empty without one.
+        following: the command that comes next where nothing balances; empty without one.
+        plates: the command for plates that can be cut; empty without one.
     """
     facts = Facts(counterweights_facts(counterweights, reduce), least=1)
     digits, moment_digits = _digits_of(counterweights)
     lead = [f"Next: {following}"] if following else []
+    lead += [f"Next, as plates to cut: {plates}"] if plates else []
+    option = counterweights.may_have_shape and not plates
     body: list[AnswerPart] = [counterweights.sentence, *lead, "", facts]
     if counterweights.z is not None:
         rows = counterweight_rows(counterweights.weights, counterweights.regions, digits=digits)
         body += ["", AnswerTable(rows)]
-    body += part_lines(counterweights.weights)
+    body += [*part_lines(counterweights.weights), *[PLATES] * option]
     for weight in counterweights.weights:
         if not weight.lumps:
             moments = vector_digits(weight.inertia[ENTRIES], moment_digits)

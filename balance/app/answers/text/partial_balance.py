@@ -18,6 +18,7 @@ from balance.app.answers.text.counterweights import (
     density_facts,
     moved_facts,
     part_lines,
+    place_facts,
     shape_facts,
 )
 from balance.app.answers.text.linkage import amplitude_text, linkage_facts
@@ -69,7 +70,7 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
         pairs += moved_facts(best.moved)
         pairs += [*_limit_facts(front, best), *_shape_facts(front, best)]
         if best.shape is not None:
-            pairs += shape_facts(space, best.weights)
+            pairs += [*place_facts(space, best.weights), *shape_facts(best.weights)]
         several = len(front.designs) > 1
         room = _filled_facts(best) if several else _room_facts(best)
         if best.shape is not None:

@@ -1,17 +1,24 @@
 """Changes of a request for counterweights of a shape, each of which was found to balance.
 
-Sizes are the preferred numbers of the series R10 (ISO 3), ten in a decade.
+Sizes are the most rounded preferred numbers of the series R''10 (ISO 3), ten in a decade.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from balance.masses.counterweights.alike_links import alike_links, classes_among
 from balance.masses.counterweights.counterweights_result import Counterweights, Relaxation
+from balance.masses.counterweights.link_regions import (
+    ALL,
+    default_region,
+    is_about_joint,
+    radius_text,
+)
 from balance.masses.counterweights.regions import Region, cylinder_region
 from balance.masses.counterweights.shaped.across_plane import axes_and_height, height_within
 from balance.masses.counterweights.shaped.decide_shaped import decide_shaped
@@ -24,9 +31,11 @@ from kinematics.errors import UsageError
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.linalg.ties import rank_least_first, round_decimals
 
-R10 = (1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0)
+ROUNDED = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 # Largest factor by which a region or a size grows.
 LARGEST_CHANGE = 5.0
+# Further sizes that are tried where some part of a shape is held by nothing.
+MORE_SIZES = 2
 # Decimals of the centre of a region, m, and of its axis.
 PLACE_DECIMALS, AXIS_DECIMALS = 6, 12
 
@@ -36,8 +45,9 @@ def shape_changes(
 ) -> tuple[Relaxation, ...]:
     """Find larger regions, and a larger size, with which counterweights of a shape balance.
 
-    The regions of links that are alike, or else of all, become cylinders across the plane of
-    the linkage about their centres. Where nothing helps sectors of a given radius, they get
+    The regions of links that are alike, or else of all, grow: balls about the joint of their
+    link in their radius, and others become cylinders across the plane of the linkage about
+    their centres. Where nothing helps sectors of a given radius, they get
     that of the largest circle.
 
     Args:
@@ -59,69 +69,113 @@ def shape_changes(
     return tuple(replace(change, shape=change.shape or shape_text(wider)) for change in changes)
 
 
+class ShapeTrial(NamedTuple):
+    """A change that balances, and whether a workshop cuts what it gives in whole pieces."""
+
+    change: Relaxation
+    whole: bool
+
+
 def _growths(
     answer: Counterweights, stocks: Mapping[int, Stock], choices: Sequence[WeightShape]
 ) -> tuple[Relaxation, ...]:
-    """Find larger regions, and a larger size, for the same kind of shape."""
+    """Find larger regions, and a larger size, for the same kind of shape.
+
+    Where some of them give shapes that are joined to their links, the others are left out.
+    """
     space = answer.space
     classes = classes_among(alike_links(space.linkage), stocks)
-    changes = [_larger_regions(answer, stocks, choices, alike) for alike in classes]
+    changes = [larger_regions(answer, stocks, choices, alike) for alike in classes]
     if not any(changes) and len(classes) > 1:
-        changes = [_larger_regions(answer, stocks, choices, tuple(stocks))]
+        changes = [larger_regions(answer, stocks, choices, tuple(stocks))]
     if len(choices) == 1:
         changes.append(_larger_size(answer, stocks, choices[0]))
-    helpful = [change for change in changes if change]
-    growths = [change.factor or 0.0 for change in helpful]
-    return tuple(helpful[k] for k in rank_least_first(growths, relative=MASS_GAP))
+    helpful = [trial for trial in changes if trial]
+    helpful = [trial for trial in helpful if trial.whole] or helpful
+    growths = [trial.change.factor or 0.0 for trial in helpful]
+    return tuple(helpful[k].change for k in rank_least_first(growths, relative=MASS_GAP))
 
 
-def _larger_regions(
+def _first_whole(trials: Iterable[ShapeTrial | None]) -> ShapeTrial | None:
+    """Return the first trial whose shapes are whole, of few that balance; else the first."""
+    balanced: list[ShapeTrial] = []
+    for trial in trials:
+        if trial is not None and trial.whole:
+            return trial
+        balanced += [trial] if trial else []
+        if len(balanced) > MORE_SIZES:
+            break
+    return balanced[0] if balanced else None
+
+
+def larger_regions(
     answer: Counterweights,
     stocks: Mapping[int, Stock],
     choices: Sequence[WeightShape],
     bodies: Sequence[int],
-) -> Relaxation | None:
-    """Find the smallest cylinders about the regions of some links that hold the shapes."""
+) -> ShapeTrial | None:
+    """Find the smallest balls or cylinders about the regions of links that hold the shapes."""
     space, largest = answer.space, max(choices, key=lambda shape: shape.size)
-
-    def cylinders(radius: float) -> dict[int, Stock]:
-        return {
-            b: stocks[b]._replace(region=_cylinder(space, b, stocks[b].region, largest, radius))
-            for b in bodies
-        }
-
     size = max(stocks[b].region.size for b in bodies)
-    for radius in _preferred_above(size):
-        try:
-            larger = {**stocks, **cylinders(radius)}
-        except UsageError:
-            return None
+
+    def try_radius(radius: float) -> ShapeTrial | None:
+        wide = {b: _wider(space, b, stocks[b].region, largest, radius) for b in bodies}
+        larger = {b: stocks[b]._replace(region=wide.get(b, stocks[b].region)) for b in stocks}
         # All links with one size are tried first: all choices of several take long.
-        if not any(balancing_shape_mass(answer, larger, [shape]) for shape in choices):
-            continue
-        mass = balancing_shape_mass(answer, larger, choices)
-        if mass is not None:
-            regions = {space.bodies[b]: larger[b].region.text for b in bodies}
-            return Relaxation(tuple(regions), radius / size, mass, regions)
-    return None
+        if not any(balancing_shapes(answer, larger, [shape]) for shape in choices):
+            return None
+        shaped = balancing_shapes(answer, larger, choices)
+        if shaped is None:
+            return None
+        texts = {b: _text_of(space, b, wide[b]) for b in bodies}
+        regions = {space.bodies[b]: texts[b] for b in bodies}
+        links, linkage = tuple(regions), space.linkage
+        same = len({*texts.values()}) == 1 and ALL not in linkage.places
+        if same and len(stocks) == len(bodies) > 1:
+            regions = {ALL: texts[bodies[0]]}
+        change = Relaxation(links, radius / size, shaped.added_mass, regions)
+        return ShapeTrial(change, are_whole(shaped))
+
+    try:
+        return _first_whole(map(try_radius, _rounded_above(size)))
+    except UsageError:
+        return None
 
 
 def _larger_size(
     answer: Counterweights, stocks: Mapping[int, Stock], shape: WeightShape
-) -> Relaxation | None:
+) -> ShapeTrial | None:
     """Find the least size of a shape, in the given regions, that balances."""
-    for size in _preferred_above(shape.size):
+
+    def try_size(size: float) -> ShapeTrial | None:
         larger = [shape._replace(size=size)]
-        mass = balancing_shape_mass(answer, stocks, larger)
-        if mass is not None:
-            return Relaxation((), size / shape.size, mass, shape=shape_text(larger))
-    return None
+        shaped = balancing_shapes(answer, stocks, larger)
+        if shaped is None:
+            return None
+        text = shape_text(larger)
+        change = Relaxation((), size / shape.size, shaped.added_mass, shape=text)
+        return ShapeTrial(change, are_whole(shaped))
+
+    return _first_whole(map(try_size, _rounded_above(shape.size)))
+
+
+def are_whole(shaped: Counterweights) -> bool:
+    """Whether every shape is joined to its link, and none is too narrow to cut."""
+    return not any(weight.floats or weight.too_narrow for weight in shaped.weights)
 
 
 def balancing_shape_mass(
     answer: Counterweights, stocks: Mapping[int, Stock], choices: Sequence[WeightShape]
 ) -> float | None:
-    """Compute the mass of shapes that balance, kg; None if none were found.
+    """Compute the mass of shapes that balance, kg; see `balancing_shapes`."""
+    shaped = balancing_shapes(answer, stocks, choices)
+    return None if shaped is None else shaped.added_mass
+
+
+def balancing_shapes(
+    answer: Counterweights, stocks: Mapping[int, Stock], choices: Sequence[WeightShape]
+) -> Counterweights | None:
+    """Find shapes that balance; None if none were found.
 
     Args:
         answer: a request of the same linkage.
@@ -133,7 +187,25 @@ def balancing_shape_mass(
     except UsageError:
         return None
     balances = shaped.verdict == "feasible" and decide_filled(answer.space, stocks).weights
-    return shaped.added_mass if balances else None
+    return shaped if balances else None
+
+
+def _wider(
+    space: DesignSpace, body: int, region: Region, shape: WeightShape, radius: float
+) -> Region:
+    """Make a ball of a radius about the joint of a link, if its region is one, or a cylinder.
+
+    Raises:
+        UsageError: the region holds no such shape at any height.
+    """
+    if is_about_joint(space, body, region):
+        return default_region(space, body, radius)
+    return _cylinder(space, body, region, shape, radius)
+
+
+def _text_of(space: DesignSpace, body: int, region: Region) -> str:
+    """Write a region as an option: a ball about the joint of its link by its radius."""
+    return radius_text(region) if is_about_joint(space, body, region) else region.text
 
 
 def _cylinder(
@@ -157,8 +229,8 @@ def _rounded(numbers: Array, decimals: int) -> Array:
     return np.asarray(round_decimals(numbers, decimals) + 0.0)
 
 
-def _preferred_above(size: float) -> list[float]:
-    """List the preferred numbers above a size, up to some times as large."""
+def _rounded_above(size: float) -> list[float]:
+    """List the rounded numbers above a size, up to some times as large."""
     decade = int(np.floor(np.log10(size)))
-    numbers = [float(f"{number:g}e{decade + k}") for k in range(2) for number in R10]
+    numbers = [float(f"{number:g}e{decade + k}") for k in range(2) for number in ROUNDED]
     return [number for number in numbers if size < number <= LARGEST_CHANGE * size]

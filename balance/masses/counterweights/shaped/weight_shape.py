@@ -5,6 +5,7 @@ Discs, square blocks and sectors of discs have a thickness, cylinders a radius.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import pi, sqrt
@@ -88,10 +89,10 @@ class WeightShape(NamedTuple):
 
 
 def shape_text(choices: Sequence[WeightShape]) -> str:
-    """Return the text of a shape in its sizes, as `read_weight_shapes` reads it."""
-    sizes = "/".join(f"{shape.size:g}" for shape in choices)
+    """Return the text of a shape in its sizes, mm, as `read_weight_shapes` reads it."""
+    sizes = "/".join(f"{1e3 * shape.size:g}mm" for shape in choices)
     radius = choices[0].radius
-    return f"{choices[0].kind}={sizes}{'' if radius is None else f',{radius:g}'}"
+    return f"{choices[0].kind}={sizes}{'' if radius is None else f',{1e3 * radius:g}mm'}"
 
 
 def shapes_in_words(choices: Sequence[WeightShape]) -> str:
@@ -115,10 +116,9 @@ def read_weight_shapes(text: str) -> tuple[WeightShape, ...]:
     """
     kind, _, rest = text.strip().partition("=")
     sizes, comma, radius = rest.partition(",")
-    if "=" in rest:
-        raise UsageError(
-            f"shape '{text}' has two kinds: ask for one at a time, such as {text.split('/')[0]}"
-        )
+    first, *further = re.split(r"[\s,;/+&]+(?=[a-z]+=)", text.strip())
+    if further:
+        raise _several_shapes(text, first, further)
     if kind in get_args(Kind) and sizes and (kind == "sector" or not comma):
         try:
             lengths = [read_quantity(size, "length") for size in sizes.split("/")]
@@ -136,6 +136,27 @@ def read_weight_shapes(text: str) -> tuple[WeightShape, ...]:
         "that thickness in metres (sector=0.02,0.1 of a radius too), or cylinder=0.03, of that "
         "radius; disc=5mm/8mm/10mm for a choice of sizes"
     )
+
+
+def _several_shapes(text: str, first: str, further: Sequence[str]) -> UsageError:
+    """Make the refusal of a text of several shapes, which advises one of them.
+
+    It is the first of them, or one in all their sizes if they are of one kind.
+
+    Args:
+        text: the whole text.
+        first: the first shape.
+        further: the others.
+
+    Raises:
+        UsageError: the first shape is none itself.
+    """
+    read_weight_shapes(first)
+    kind, _, sizes = first.partition("=")
+    more = [shape.removeprefix(f"{kind}=") for shape in further]
+    alike = all(size and not set("=,") & set(size) for size in (sizes, *more))
+    advice = "/".join([first, *more]) if alike else first
+    return UsageError(f"shape '{text}' has {1 + len(more)} shapes: give one, such as {advice}")
 
 
 def wanted_shapes(

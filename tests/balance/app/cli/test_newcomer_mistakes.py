@@ -123,7 +123,7 @@ MISTAKES = [
     ("counterweights four_bar_kite", 2, "give --links: all, .* of crank, coupler, rocker"),
     ("reduce four_bar_kite --budget 1", 2, "give --links: all, .* of crank, coupler, rocker"),
     ("reduce four_bar_kite --shape disc=20mm --shape sector=20mm", 2, "twice: give one shape"),
-    ("reduce four_bar_kite --shape disc=20mm/sector=20mm", 2, "at a time, such as disc=20mm"),
+    ("reduce four_bar_kite --shape disc=20mm/sector=20mm", 2, "one, such as disc=20mm$"),
     ("counterweights four_bar_kite --shape=disc=5mm --sha disc=5mm", 2, "one shape, .*5mm/8mm"),
     ("counterweights four_bar_kite --links krank", 3, "'krank': .*mean 'crank'.*bodies are"),
     ("counterweights four_bar_kite --links base", 3, "'base': is part of the ground"),

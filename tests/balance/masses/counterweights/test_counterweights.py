@@ -86,6 +86,17 @@ def test_the_default_region_is_half_the_link_about_its_joint(rod_arm):
     ]
 
 
+def test_a_region_of_all_is_that_of_each_link_without_one(rod_arm):
+    regions = {"all": "80mm", "l2": "0.3"}
+    answer = balance.counterweights(rod_arm, ["l1", "l2"], regions, balance="force")
+    named = {"l1": "80mm", "l2": "0.3"}
+    given = balance.counterweights(rod_arm, ["l1", "l2"], named, balance="force")
+    assert {name: x.size for name, x in answer.regions.items()} == {"l1": 0.08, "l2": 0.3}
+    assert answer.added_mass == given.added_mass and not answer.chosen
+    one = balance.counterweights(rod_arm, ["l2"], {"all": "0.3"}, balance="force")
+    assert [*one.regions] == ["l2"] and one.regions["l2"].size == 0.3
+
+
 def test_a_radius_is_a_ball_about_the_joint_that_carries_the_link(rod_arm):
     """Each lump is on the sphere about its joint: there it has most leverage."""
     space = balance.design_space(rod_arm, balance="force")

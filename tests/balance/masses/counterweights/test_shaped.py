@@ -198,7 +198,7 @@ def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch)
     more = ["--shape", "disc=20mm", "--parts", "made", "--out", "discs.urdf"]
     assert main(["counterweights", "four_bar_general", *words, *more]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["shape"] == "disc=0.02" and 2.9 < told["least_mass"] < told["added_mass"]
+    assert told["shape"] == "disc=20mm" and 2.9 < told["least_mass"] < told["added_mass"]
     text = (tmp_path / "discs.urdf").read_text()
     assert text.count("<mesh filename=") == 4  # <visual> and <collision> of two discs
     assert sorted(path.name for path in (tmp_path / "made").iterdir()) == [
@@ -213,18 +213,36 @@ def test_a_four_bar_with_two_discs_in_one_command(tmp_path, capsys, monkeypatch)
     capsys.readouterr()
 
 
-def test_shapes_that_do_not_fit_are_not_found(arm):
+# Halves of a box 100 mm long behind the joint, from a height to 40 mm more: all of it, 20 mm
+# thick, has the moment ``ρ 0.02 (2 half) 0.1² / 2``, which is what is needed at 31.8 mm.
+@pytest.mark.parametrize(
+    "half, low, verdict",
+    [(0.030, -0.02, "infeasible"), (0.035, -0.02, "undecided"), (0.030, 0.01, "undecided")],
+)
+def test_shapes_that_are_not_found_are_excluded_where_no_plate_balances(
+    half, low, verdict, arm
+):
     space = balance.design_space(arm, balance="force")
+    region = {"l1": f"box(-0.1:0,-{half}:{half},{low}:{low + 0.04})"}
+    answer = balance.counterweights(space, ["l1"], region, shape="disc=0.02", relax=False)
+    assert (STEEL * 0.02 * half * 0.1**2 < NEEDED) == (half == 0.030)
+    assert answer.verdict == verdict and answer.z is None and not answer.weights
+    excluded = verdict == "infeasible"
+    assert (answer.check is not None and answer.check.accepted) == excluded
+    assert ("No discs on l1 in these regions balance" in answer.sentence) == excluded
+    thickness = "no plates" if excluded else "no discs"
+    assert f"{thickness} of thickness 0.02 m" in answer.words
+
+
+@pytest.mark.parametrize("factor, verdict", [(0.999, "infeasible"), (1.001, "feasible")])
+def test_sectors_are_excluded_below_the_thickness_of_the_textbook(factor, verdict, arm):
+    """Half a disc of radius R has most moment: ``2/3 ρ t R³``."""
+    space = balance.design_space(arm, balance="force")
+    thickness = factor * NEEDED / (2.0 / 3.0 * STEEL * 0.1**3)
     answer = balance.counterweights(
-        space,
-        ["l1"],
-        {"l1": "box(-0.1:0,-0.03:0.03,-0.02:0.02)"},
-        density=STEEL,
-        shape="disc=0.02",
-        relax=False,
+        space, ["l1"], {"all": "0.12"}, shape=f"sector={thickness},0.1", relax=False
     )
-    assert answer.verdict == "undecided" and answer.z is None and not answer.weights
-    assert "no discs of thickness 0.02 m" in answer.words
+    assert answer.verdict == verdict
 
 
 REFUSED = {
@@ -269,6 +287,28 @@ def test_what_does_not_go_with_a_shape_is_told(name, arm):
 def test_a_linkage_without_a_plane_has_no_shapes():
     with pytest.raises(UsageError, match="'delta' has none: leave out the shape, and give reg"):
         balance.counterweights("delta", "all", shape="cylinder=40mm", balance="force")
+
+
+@pytest.mark.parametrize(
+    "text, advice",
+    [
+        ("sector=12mm,disc=12mm", "sector=12mm"),
+        ("disc=20mm/sector=20mm", "disc=20mm"),
+        ("sector=1cm,0.1;disc=1cm", "sector=1cm,0.1"),
+        ("disc=5mm/disc=8mm", "disc=5mm/8mm"),
+        ("block=5mm, block=8mm", "block=5mm/8mm"),
+        ("disc=0.02,disc=", "disc=0.02"),
+    ],
+)
+def test_what_is_advised_for_several_shapes_is_one(text, advice):
+    with pytest.raises(UsageError, match=f"give one, such as {advice}$"):
+        read_weight_shapes(text)
+    assert len({shape.kind for shape in read_weight_shapes(advice)}) == 1
+
+
+def test_the_form_of_a_region_is_told_to_be_in_numbers():
+    with pytest.raises(UsageError, match=r"write ball\(x,y,z,r\) in numbers, metres or with"):
+        read_region("ball(x,y,z,r)")
 
 
 def test_units_of_shapes():
@@ -364,12 +404,13 @@ def test_of_several_sizes_the_lightest_is_chosen(kind, arm):
     lightest = min(mass for mass in masses if mass > 0.0)
     assert several.added_mass == pytest.approx(lightest, rel=1e-9)
     assert max(masses) > 1.05 * lightest
-    assert several.shape == f"{kind}={'/'.join(sizes)}"
+    in_mm = "/".join(f"{1e3 * float(size):g}mm" for size in sizes)
+    assert several.shape == f"{kind}={in_mm}"
 
 
 def preferred(least):
-    """The next number of the series R10."""
-    series = (1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0)
+    """The next number of the series R''10."""
+    series = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
     return min(x for k in range(-4, 2) for n in series if (x := n * 10.0**k) >= least)
 
 
@@ -377,10 +418,10 @@ def test_sectors_that_are_too_thin_say_how_thick_they_must_be(arm):
     space, region = balance.design_space(arm, balance="force"), {"l1": "ball(0,0,0,0.12)"}
     answer = balance.counterweights(space, ["l1"], region, shape="sector=0.005,0.1")
     least = NEEDED / (2.0 / 3.0 * STEEL * 0.1**3)
-    assert answer.verdict == "undecided" and answer.z is None
+    assert answer.verdict == "infeasible" and answer.z is None and answer.check.accepted
     (change,) = answer.relaxations
     thickness = preferred(least)
-    assert change.shape == f"sector={thickness:g},0.1" and not change.regions
+    assert change.shape == f"sector={1e3 * thickness:g}mm,100mm" and not change.regions
     assert f"; {change.shape} would do (" in answer.words
     thicker = balance.counterweights(space, ["l1"], region, shape=change.shape)
     assert thicker.verdict == "feasible"
@@ -433,12 +474,13 @@ def test_discs_that_no_region_helps_name_the_link_that_does():
 def test_the_command_that_is_proposed_balances(shape, five_bar):
     command = f"counterweights {five_bar} --balance force --links all"
     words = f"{command} --shape {shape} --parts made --out balanced.urdf"
-    undecided = asked(shlex.split(words))
-    assert undecided.code == 4
-    proposed = shlex.split(re.search(r"^Next: balance (.*)$", undecided.out, re.MULTILINE)[1])
+    unbalanced = asked(shlex.split(words))
+    assert unbalanced.code == (4 if shape.startswith("cylinder") else 1)
+    proposed = shlex.split(re.search(r"^Next: balance (.*)$", unbalanced.out, re.MULTILINE)[1])
     assert not {"--out", "--parts"} & set(proposed)
     data = json.loads(asked([*shlex.split(f"{command} --shape {shape}"), "--json"]).out)
     told = [change["mass"] for change in data["relaxations"]]
+    assert not re.search("cylinder[(]|ball[(]", " ".join(proposed))
     answer = asked(proposed)
     assert answer.code == 0
     added = float(re.search(r"^added +([\d.]+) kg", answer.out, re.MULTILINE)[1])

@@ -55,6 +55,8 @@ def test_webs_and_arms_of_discs_are_told_with_what_to_do(caplog, capsys):
     assert "arm from the nearest joint to the part" in text and "mm wide on 'rocker'" in text
     text = run("--shape", "sector=20mm")
     assert "arm " not in text and "web" not in text
+    assert "layers which layer parts are in, and whether they collide" in text
+    assert "layers" not in run()
 
 
 SKEWED = [[0.3, 0.1, 0.0], [0.2, -0.01, 0.05], [0.055, 0.065, 0.0], [0.06, 0.02, 0.0]]

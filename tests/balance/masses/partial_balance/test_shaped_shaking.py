@@ -98,7 +98,8 @@ def test_one_arm_gets_the_shape_at_its_far_side(shape, region, minimise, one_arm
     assert answer.verdict == "optimal" and answer.bound <= answer.shaking.objective
     kind = shape.partition("=")[0]
     assert f"no {kind}s of" in answer.words and kind in weight.region.text
-    assert answer.shape == shape and answer.least_objective < answer.shaking.objective
+    assert answer.shape == f"{kind}={1e3 * float(shape.partition('=')[2]):g}mm"
+    assert answer.least_objective < answer.shaking.objective
 
 
 @pytest.mark.parametrize("shape", ["disc=0.02", "cylinder=0.03"])
@@ -172,7 +173,7 @@ def test_of_several_sizes_the_best_is_taken(one_arm):
     answer = balance.partial(one_arm, ["a"], 0.3, shape="disc=5mm/20mm/10mm", **common)
     thick = balance.partial(one_arm, ["a"], 0.3, shape="disc=20mm", **common)
     assert answer.share == pytest.approx(thick.share, rel=1e-6)
-    assert "disc=0.005/0.02/0.01" in answer.words
+    assert "disc=5mm/20mm/10mm" in answer.words
 
 
 @pytest.mark.parametrize("shape", ["disc=0.02", "sector=0.02"])
@@ -307,7 +308,7 @@ def test_the_command_prints_and_refuses_as_counterweights_does(one_arm, capsys):
     assert "shape " in text and "any shape leaves" in text
     assert main([*shaped, "--balance", "force", "--json"]) == 0
     (design,) = json.loads(capsys.readouterr().out)["designs"]
-    assert design["shape"] == "disc=0.02" and design["least_objective"] > 0.0
+    assert design["shape"] == "disc=20mm" and design["least_objective"] > 0.0
     for more, reason in (
         ([], "--balance force"),
         (["--balance", "force", "--max-torque", "turn_a=5"], "leave out --max-torque"),

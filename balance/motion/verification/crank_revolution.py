@@ -92,8 +92,9 @@ def revolve_crank(
     Args:
         speed: radians per second, or a text with a unit; negative turns against the axis of
             the joint.
-        joint: the crank, a revolute input; by default the only input. Other inputs stand
-            still, or follow if the motion relates them to the crank.
+        joint: the crank, a revolute input; by default the only input, or the first of those
+            that the motion lets turn at one speed only. Other inputs stand still, or follow
+            if the motion relates them to the crank.
         motion: restriction of the inputs; free by default.
         steps: steps of the revolution; half a degree each by default.
         explain: whether the message for a crank that cannot turn fully gives its limits, and
@@ -115,7 +116,7 @@ def revolve_crank(
             f"{linkage.source}: {speed:g} rad/s is no speed of a crank; give one from "
             f"{SLOWEST:g} to {FASTEST:g} rad/s either way"
         )
-    joint = _crank_name(linkage, joint, speed)
+    joint = _crank_name(linkage, joint, speed, motion)
     rates = _input_rates(linkage, joint, motion)
     for phase in PHASES:
         with suppress(PoseError):
@@ -150,8 +151,9 @@ def one_turn(
         linkage: an assembled linkage, or what `kinematics.load` accepts.
         speed: ω, radians per second, or a text with a unit, ``"300rpm"``; negative turns
             against the axis of the joint.
-        crank: name of a revolute input; by default the only input. Other inputs stand still,
-            or follow if the motion relates them to the crank.
+        crank: name of a revolute input; by default the only input, or the first of those that
+            the motion lets turn at one speed only. Other inputs stand still, or follow if the
+            motion relates them to the crank.
         motion: restriction of the inputs; free by default.
 
     Returns:
@@ -196,7 +198,9 @@ def crank_of(linkage: Linkage, trajectory: Trajectory) -> Crank | None:
     return Crank(linkage.inputs[at], float(rates[at]), periodic)
 
 
-def _crank_name(linkage: Linkage, joint: str | None, speed: float) -> str:
+def _crank_name(
+    linkage: Linkage, joint: str | None, speed: float, motion: Motion | None
+) -> str:
     """Return the name of the crank.
 
     Raises:
@@ -207,6 +211,8 @@ def _crank_name(linkage: Linkage, joint: str | None, speed: float) -> str:
     cranks = [name for name in linkage.inputs if name in turning]
     if joint is None and len(linkage.inputs) == 1:
         joint = linkage.inputs[0]
+    if joint is None and motion is not None:
+        joint = _related_crank(linkage, cranks, motion)
     if joint is None:
         problem = f"which is the crank? {_turning_motion_text(linkage, speed)}"
         raise CoordinateError(linkage.source, linkage.inputs, problem, cranks)
@@ -217,6 +223,24 @@ def _crank_name(linkage: Linkage, joint: str | None, speed: float) -> str:
         problem = f"{kinds[joint]}, not revolute, so not a crank; --inputs names another"
         raise CoordinateError(linkage.source, [joint], problem, turning)
     return joint
+
+
+def _related_crank(linkage: Linkage, cranks: list[str], motion: Motion) -> str | None:
+    """Return the first crank that a motion of one degree of freedom turns; else None.
+
+    Raises:
+        CoordinateError: it turns cranks at different speeds.
+    """
+    basis = order_inputs(motion, linkage)
+    speeds = dict(zip(linkage.inputs, np.abs(basis).max(axis=1).tolist(), strict=True))
+    turned = [name for name in cranks if speeds[name]]
+    if basis.shape[1] != 1 or not turned:
+        return None
+    fastest = max(speeds[name] for name in turned)
+    if fastest - min(speeds[name] for name in turned) > RELATION_RESIDUAL * fastest:
+        problem = f"which is the crank? name it, as in --speed {turned[0]}=300rpm"
+        raise CoordinateError(linkage.source, turned, problem, turned)
+    return turned[0]
 
 
 def _input_rates(linkage: Linkage, joint: str, motion: Motion | None) -> Array:

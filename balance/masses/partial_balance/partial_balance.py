@@ -37,6 +37,7 @@ from balance.support.mass_table import MassTable
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import Notice
+from kinematics.model.motion import while_text
 from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, repr_lines
 
@@ -138,7 +139,8 @@ class PartialBalance(WithPage, WithPicture):
             unit = "N" if self.minimise == "bearing" or slides else "N m"
             loads.insert(0, f"{self.front.objective} {self._change('objective', unit)}")
         moved = moved_text(self.moved)
-        text = f"{', '.join([*loads, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
+        text = f"{', '.join(loads)}{while_text(self.space.motion)}"
+        text = f"{', '.join([text, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
         return f"{text[0].upper()}{text[1:]}{sliver_sentence(self.weights)}"
 
     def _change(self, part: str, unit: str) -> str:

@@ -86,6 +86,7 @@ def revolve_crank(
     steps: int = STEPS,
     *,
     explain: bool = True,
+    related: str = "",
 ) -> tuple[Trajectory, Crank]:
     """Compute one revolution of a crank at constant speed, both ends included.
 
@@ -99,6 +100,7 @@ def revolve_crank(
         steps: steps of the revolution; half a degree each by default.
         explain: whether the message for a crank that cannot turn fully gives its limits, and
             what turns instead, which takes longer than many turns.
+        related: what the message adds to relations of the inputs with which a crank turns.
 
     Returns:
         The motion in time, from the reference pose on, and the crank.
@@ -116,7 +118,7 @@ def revolve_crank(
             f"{linkage.source}: {speed:g} rad/s is no speed of a crank; give one from "
             f"{SLOWEST:g} to {FASTEST:g} rad/s either way"
         )
-    joint = _crank_name(linkage, joint, speed, motion)
+    joint = _crank_name(linkage, joint, speed, motion, related)
     rates = _input_rates(linkage, joint, motion)
     for phase in PHASES:
         with suppress(PoseError):
@@ -132,7 +134,7 @@ def revolve_crank(
     low, high = (number_text(degrees(x), ".2f") for x in crank_limits(linkage, joint, rates))
     raise PoseError(
         f"{problem}: only from {low}° to {high}° about the reference pose; "
-        f"{_turning_motion_text(linkage, speed)}"
+        f"{_turning_motion_text(linkage, speed, related)}"
     )
 
 
@@ -199,7 +201,7 @@ def crank_of(linkage: Linkage, trajectory: Trajectory) -> Crank | None:
 
 
 def _crank_name(
-    linkage: Linkage, joint: str | None, speed: float, motion: Motion | None
+    linkage: Linkage, joint: str | None, speed: float, motion: Motion | None, related: str
 ) -> str:
     """Return the name of the crank.
 
@@ -214,7 +216,7 @@ def _crank_name(
     if joint is None and motion is not None:
         joint = _related_crank(linkage, cranks, motion)
     if joint is None:
-        problem = f"which is the crank? {_turning_motion_text(linkage, speed)}"
+        problem = f"which is the crank? {_turning_motion_text(linkage, speed, related)}"
         raise CoordinateError(linkage.source, linkage.inputs, problem, cranks)
     if joint not in linkage.inputs:
         problem = "not an input, so not the crank; --inputs makes it one"
@@ -289,11 +291,14 @@ def crank_limits(linkage: Linkage, joint: str, rates: Array) -> tuple[float, flo
     return low * float(chain.units[crank]), high * float(chain.units[crank])
 
 
-def _turning_motion_text(linkage: Linkage, speed: float) -> str:
+def _turning_motion_text(linkage: Linkage, speed: float, related: str) -> str:
     """Name options with which a crank of this linkage turns fully, or other motions of it.
 
     Tried are each input alone, all of them at one rate, and each second one against it. The
     first of one input and the first of several are named.
+
+    Args:
+        related: what follows relations of the inputs.
     """
     names = linkage.inputs
     columns = ",".join(("time", *names))
@@ -303,22 +308,22 @@ def _turning_motion_text(linkage: Linkage, speed: float) -> str:
     trials: list[tuple[Array, str]] = [(row, "") for row in np.eye(len(names))]
     for sign in ("", "-") if len(names) > 1 else ():
         signs = [sign if k % 2 else "" for k in range(len(names))]
-        related = [
+        relations = [
             f"--motion {name}={minus}{names[0]} "
             for minus, name in zip(signs[1:], names[1:], strict=True)
         ]
         rates = np.array([-1.0 if minus else 1.0 for minus in signs])
-        trials.append((rates, "".join(related)))
+        trials.append((rates, "".join(relations)))
     kinds = {item.name: item.kind for item in linkage.joints}
     ways: dict[bool, str] = {}
-    for rates, relations in trials:
-        if bool(relations) in ways:
+    for rates, options in trials:
+        if bool(options) in ways:
             continue
         crank = names[first_largest(np.abs(rates))]
         moved = [name for name, rate in zip(names, rates, strict=True) if rate]
         if all(kinds[name] == "revolute" for name in moved) and _turns(linkage, rates):
             rpm = f"{crank}={number_text(speed * 60.0 / TURN, '.6g')}rpm"
-            ways[bool(relations)] = f"{relations}--speed {rpm}"
+            ways[bool(options)] = f"{options}--speed {rpm}{related if options else ''}"
     if ways:
         return f"what turns fully is {' and '.join(ways.values())}; or {otherwise}"
     if len(names) == 1:

@@ -16,6 +16,7 @@ from balance.motion.verification.holding_torques import HoldingTorques
 from balance.motion.verification.verification import HARMONICS, Verification
 from balance.support.change_text import grows
 from balance.support.linkage_names import linkage_names
+from kinematics.model.motion import while_text
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, unit_text, vector_text
@@ -109,15 +110,16 @@ def _table_facts(verification: Verification) -> list[tuple[str, str]]:
 
 def _verdict(verification: Verification) -> str:
     """Return the verdict; of forces alone, or which load is cancelled and which is not."""
+    verdict = f"{verification.verdict}{while_text(verification.motion)}"
     if not verification.decided or (
         verification.balance == "dynamic" and verification.balanced
     ):
-        return verification.verdict
+        return verdict
     if verification.balance == "force":
-        return f"{verification.verdict}; the moment does not count"
+        return f"{verdict}; the moment does not count"
     alone = " (--balance force)" * (verification.force_residual <= verification.tolerance)
     outcome = f": {verification.outcome}{alone}".removesuffix(": ")
-    return f"{verification.verdict}{outcome}"
+    return f"{verdict}{outcome}"
 
 
 def _motion_facts(verification: Verification) -> list[tuple[str, str]]:

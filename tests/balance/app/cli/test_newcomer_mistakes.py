@@ -105,7 +105,12 @@ MISTAKES = [
     ("verify slider_crank --speed 300rmp", 2, "'300rmp' is not a speed: write 300rpm"),
     ("verify slider_crank --speed 1e300rpm", 3, "no speed of a crank; give one from"),
     ("verify five_bar --speed 300rpm", 3, "which is the crank. .*--motion u2=u1 --speed u1="),
-    ("counterweights five_bar --links all --speed 300rpm", 3, "the crank. .*--speed u1=300rpm"),
+    (
+        "counterweights five_bar --links all --speed 300rpm",
+        3,
+        "the crank. .*--motion u2=u1 --speed u1=300rpm .the masses are then for this motion al",
+    ),
+    ("reduce five_bar --links all --budget 1 --speed 9hz", 3, "masses are then for this mot"),
     ("verify slider_crank --tolerance 2", 2, "'2' is not a number from 0 up to 1"),
     ("verify slider_crank --plot a.pdf", 2, "'a.pdf' ends neither in .png nor in .svg"),
     ("verify slider_crank --base free", 2, "give --base-mass and --base-inertia"),

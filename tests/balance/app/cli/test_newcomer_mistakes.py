@@ -210,6 +210,7 @@ MISTAKES = [
     ("sweep run four_bar_kite", 2, "nothing varies: give --vary, such as coupler.length=90%:110%:10; now .* m"),
     ("sweep run four_bar_kite --vary length=1:2:3", 3, "--vary length: names no joint, loop"),
     ("sweep run four_bar_kite --vary crank=1:2:3", 3, "link 'crank' has the numbers length"),
+    ("quiet five_bar --to u1=0.5 --csv a.csv", 2, "--csv a.csv .write --table FILE.csv"),
     ("sweep run four_bar_kite --links crank", 2, "--links crank .write --counterweights L1,L2"),
     ("sweep run four_bar_kite --vary coupler.length", 2, "is not PATH=RANGE, such as"),
     (

@@ -129,20 +129,21 @@ def test_two_linkages_stand_side_by_side(capsys):
     assert re.match("note +the moment grows", lines[-1])
 
 
-def test_notices_on_two_linkages_name_the_file(tmp_path, capsys, caplog):
-    """Each file has its notice once, after its name."""
+def test_notices_on_two_linkages_are_told_once(tmp_path, capsys, caplog):
+    """One on both has no file; others follow the name of theirs."""
     link = (
         '<link name="bare"/><joint name="w" type="continuous"><parent link="base"/>'
         '<child link="bare"/><axis xyz="0 0 1"/><mimic joint="u1"/></joint></robot>'
     )
     text = Path(kinematics.load(SHAKING).source).read_text("utf-8")
-    for name in ("after", "before"):
+    for name, changed in (("after", link), ("before", link), ("other", "</robot>")):
         path = tmp_path / f"{name}.urdf"
-        path.write_text(text.replace("</robot>", link), encoding="utf-8")
+        path.write_text(text.replace("</robot>", changed), encoding="utf-8")
     pair = [str(tmp_path / "after.urdf"), "--against", str(tmp_path / "before.urdf")]
     assert main(["verify", *pair, *FEW]) == 1
+    assert main(["verify", pair[0], "--against", str(tmp_path / "other.urdf"), *FEW]) == 1
     said = [line for line in caplog.messages if line.startswith("massless: ")]
-    assert [line.split(": ")[1] for line in said] == ["after.urdf", "before.urdf"]
+    assert [line.split(": ")[1] for line in said] == ["both", "after.urdf"]
 
 
 @pytest.mark.slow

@@ -20,14 +20,15 @@ from balance.app.answers.text.counterweights import (
     part_lines,
     shape_facts,
 )
-from balance.app.answers.text.linkage import amplitude_text, linkage_facts
+from balance.app.answers.text.linkage import linkage_facts
+from balance.app.answers.text.verification import reach_text
 from balance.masses.counterweights.link_regions import default_region, radius_text
 from balance.masses.counterweights.shaped.across_plane import at_rim
 from balance.masses.partial_balance.budgets import HARDLY_SAVED
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
 from balance.motion.verification.crank_revolution import TURN, Crank
-from balance.motion.verification.trajectory import input_reach, singularity_remark
+from balance.motion.verification.trajectory import singularity_remark
 from balance.support.change_text import LOAD_FORM, MASS_FORM, grows
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import GROUND
@@ -92,7 +93,7 @@ def _motion_fact(front: ParetoFront) -> tuple[str, str]:
     if crank := _steady_crank(front.designs[0]):
         return "motion", crank.words
     duration = f"{number_text(max(motion.duration for motion in motions))} s"
-    amplitude = f"amplitude {amplitude_text(linkage, input_reach(linkage, motions))}"
+    amplitude = f"amplitude {reach_text(linkage, motions)}"
     if len(motions) == 1:
         return "motion", f"of {duration}, {amplitude}"
     return "motions", f"{len(motions)} of {duration} each, {amplitude}"

@@ -13,9 +13,11 @@ from balance.app.answers.answer import AnswerBody, Facts, joined_facts
 from balance.app.answers.text.linkage import amplitude_text
 from balance.motion.verification.comparison import VerificationComparison, round_off_of
 from balance.motion.verification.holding_torques import HoldingTorques
+from balance.motion.verification.trajectory import Trajectory, are_shortened, input_reach
 from balance.motion.verification.verification import HARMONICS, Verification
 from balance.support.change_text import grows
 from balance.support.linkage_names import linkage_names
+from kinematics.model.linkage import Linkage
 from kinematics.model.motion import while_text
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
@@ -142,12 +144,22 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
         verification.load_text(part, verification.runs[number].peak(part))
         for part in ("force", "moment")
     )
+    amplitude = amplitude_text(verification.linkage, verification.amplitude)
+    if verification.seed is not None:
+        amplitude = reach_text(verification.linkage, verification.motions)
     return [
         ("motions", f"{count} {origin}; {samples} samples"),
         ("duration", f"{verification.duration:.4g} s" + (" each" if count > 1 else "")),
-        ("amplitude", amplitude_text(verification.linkage, verification.amplitude)),
+        ("amplitude", amplitude),
         ("plotted", f"motion {number + 1} of {count}: peaks {loads}"),
     ]
+
+
+def reach_text(linkage: Linkage, motions: Sequence[Trajectory]) -> str:
+    """Write how far inputs move, and why random motions go no further."""
+    shortened = ", so that loops close (--csv FILE goes further)"
+    text = amplitude_text(linkage, input_reach(linkage, motions))
+    return f"{text}{shortened if are_shortened(motions) else ''}"
 
 
 def _peak_text(verification: Verification, part: str) -> str:

@@ -108,8 +108,9 @@ def test_answers_begin_with_the_sentence(capsys):
     (design,) = report["designs"]
     before, after = report["given"]["force"], design["found"]["force"]
     percent = 100.0 * (1.0 - after / before)
+    peak = 100.0 * (1.0 - design["found"]["peak_force"] / report["given"]["peak_force"])
     assert design["sentence"].startswith(
-        f"Shaking force {before:.3g} → {after:.3g} N rms (−{percent:.0f} %), moment "
+        f"Shaking force {before:.3g} → {after:.3g} N rms (−{percent:.0f} %, peak −{peak:.0f} %)"
     )
     assert main(words) == 0
     printed = capsys.readouterr().out

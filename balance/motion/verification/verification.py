@@ -287,6 +287,13 @@ class Verification(WithPage, WithPicture):
         """Whether the point of the moments is the middle of the mechanism."""
         return self.lever <= TIE_RELATIVE * self.length
 
+    def rms(self, part: str) -> float:
+        """Compute the root mean square of the ``"force"`` or ``"moment"`` over all motions.
+
+        Newtons or newton metres; all motions count alike, as for `balance reduce`.
+        """
+        return float(np.sqrt(np.mean([run.rms(part) ** 2 for run in self.runs])))
+
     def load_text(self, part: str, load: float) -> str:
         """Write a shaking ``"force"`` or ``"moment"`` with its unit; round-off as a bound.
 
@@ -412,6 +419,7 @@ class Verification(WithPage, WithPicture):
             "length": self.length,
             "about": self.point.tolist(),
             "shaking": {"force": self.force, "moment": self.moment},
+            "rms": {part: self.rms(part) for part in PARTS},
             "range": self._range(),
             "worst": {part: self.worst(part) + 1 for part in PARTS},
             "plotted": {

@@ -163,19 +163,22 @@ def reach_text(linkage: Linkage, motions: Sequence[Trajectory]) -> str:
 
 
 def _peak_text(verification: Verification, part: str) -> str:
-    """Describe the peak of the shaking force or moment, and where it occurs."""
+    """Describe peak and root mean square of the shaking force or moment."""
     number = verification.worst(part)
     run = verification.runs[number]
     peak = verification.load_text(part, run.peak(part))
+    rms = f"rms {verification.load_text(part, verification.rms(part))}"
     if verification.crank is None:
-        return f"peak {peak} in motion {number + 1}"
-    rms = verification.load_text(part, run.rms(part))
+        text = f"peak {peak} in motion {number + 1}"
+        if peak.startswith("below"):
+            return text
+        return f"{text}, {rms}{' over all' if len(verification.runs) > 1 else ''}"
     if peak.startswith("below"):
-        return f"peak {peak}, rms {rms}"
+        return f"peak {peak}, {rms}"
     at = verification.linkage.inputs.index(verification.crank.joint)
     sample = first_largest(run.sizes(part), verification.part_scale(part))
     angle = np.degrees(run.trajectory.u[sample, at])
-    return f"peak {peak} at {number_text(angle, '.1f')}°, rms {rms}"
+    return f"peak {peak} at {number_text(angle, '.1f')}°, {rms}"
 
 
 def comparison_sentence(results: Sequence[Verification]) -> str | None:

@@ -33,7 +33,7 @@ from tests.support.verify_command import BALANCED, FEW, SHAKING, run
 
 KEYS = (
     "schema model file at balance balanced tolerance trajectories samples seed inputs duration "
-    "amplitude speed length about shaking range worst plotted residual inertia "
+    "amplitude speed length about shaking rms range worst plotted residual inertia "
     "bearing ratio agreement closure remarks warnings against sentence"
 ).split()
 

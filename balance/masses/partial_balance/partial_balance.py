@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from os import PathLike
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from balance.masses.counterweights.counterweight import (
     Counterweight,
@@ -46,6 +46,25 @@ REDUCE_SCHEMA = "balance.reduce/1"
 PartialVerdict = Literal["optimal", "infeasible", "undecided"]
 
 
+class WiderRegions(NamedTuple):
+    """What the same budget leaves in larger regions.
+
+    Attributes:
+        regions: the balls that are larger, by name of the link.
+        share: objective over that of the file.
+        mass: mass of the added matter, kg.
+    """
+
+    regions: Mapping[str, Region]
+    share: float
+    mass: float
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        radii = {link: region.size for link, region in self.regions.items()}
+        return {"radii": radii, "share": self.share, "mass": self.mass}
+
+
 @dataclass(frozen=True, eq=False)
 class PartialBalance(WithPage, WithPicture):
     """Result of `partial`: the matter to add for the least shaking.
@@ -74,6 +93,10 @@ class PartialBalance(WithPage, WithPicture):
             among ``weights``.
         shape: shape of the counterweights, such as ``disc=0.02``; None if they have any.
         least_objective: the least objective of matter of any shape; None without a shape.
+        least_anywhere: no matter on the links has a smaller objective, wherever it is and
+            however much; None if the largest load is minimised.
+        wider: where regions by default have no room for the budget, what it leaves in larger
+            ones.
     """
 
     page_maker = "partial_balance:partial_balance_page"
@@ -97,6 +120,8 @@ class PartialBalance(WithPage, WithPicture):
     moved: Mapping[str, float] = field(default_factory=dict)
     shape: str | None = None
     least_objective: float | None = None
+    least_anywhere: float | None = None
+    wider: tuple[WiderRegions, ...] = ()
 
     @property
     def front(self) -> ParetoFront:
@@ -231,6 +256,8 @@ class PartialBalance(WithPage, WithPicture):
             "bound": self.bound,
             "shape": self.shape,
             "least_objective": self.least_objective,
+            "least_anywhere": self.least_anywhere,
+            "wider": [wider.to_dict() for wider in self.wider],
             "found": self.shaking._asdict() if self.shaking else None,
             "weights": [weight.to_dict() for weight in self.weights],
             "sentence": self.sentence,

@@ -288,10 +288,7 @@ class Verification(WithPage, WithPicture):
         return self.lever <= TIE_RELATIVE * self.length
 
     def rms(self, part: str) -> float:
-        """Compute the root mean square of the ``"force"`` or ``"moment"`` over all motions.
-
-        Newtons or newton metres; all motions count alike, as for `balance reduce`.
-        """
+        """Compute the root mean square of ``"force"`` or ``"moment"`` over all motions."""
         return float(np.sqrt(np.mean([run.rms(part) ** 2 for run in self.runs])))
 
     def load_text(self, part: str, load: float) -> str:
@@ -477,12 +474,8 @@ class Verification(WithPage, WithPicture):
         (run,) = self.runs
         loads = {part: {"peak": run.peak(part), "rms": run.rms(part)} for part in PARTS}
         crank = {"input": self.crank.joint, "rate": self.crank.speed, "rpm": self.crank.rpm}
-        return {
-            **crank,
-            "periodic": self.crank.periodic,
-            **loads,
-            "harmonics": self.harmonics(HARMONICS),
-        }
+        steady = {"periodic": self.crank.periodic, "harmonics": self.harmonics(HARMONICS)}
+        return {**crank, **loads, **steady}
 
     def harmonics(self, count: int) -> dict[str, list[float]] | None:
         """Compute the largest force and moment of the first harmonics of a revolution.

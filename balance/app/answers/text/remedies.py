@@ -132,11 +132,11 @@ def _less_shaking(comparison: RemedyComparison) -> list[AppliedRemedy]:
 def remedies_sentence(comparison: RemedyComparison) -> str:
     """Say what one would build and what it costs, or that nothing balances the linkage."""
     text, when = _first_choice_text(comparison), while_text(comparison.request.motion)
-    return f"W{when[2:]}: {text[0].lower()}{text[1:]}" if when else text
+    return f"While{when.removeprefix(' while')}: {text[0].lower()}{text[1:]}" if when else text
 
 
 def _first_choice_text(comparison: RemedyComparison) -> str:
-    """Say it without the motion."""
+    """Write the sentence without the motion of the request."""
     if only_unbuilt(comparison):
         return f"{_in_practice(comparison)}{_why_unbuilt(comparison)}."
     if comparison.only_copies and not _tried_less(comparison):

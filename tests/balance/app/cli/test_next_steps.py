@@ -53,6 +53,7 @@ def test_the_words_of_a_request_lead_on(words, kept):
     ("words", "said"),
     [
         ("report", "Can it balance while u2=u1? Not with these masses"),
+        ("verify --trajectories 1 --against five_bar", "(five_bar.urdf) while u2=u1."),
         ("verify --trajectories 1", "not balanced while u2=u1; the moment does not count"),
         ("design", "feasible while u2=u1: "),
         (

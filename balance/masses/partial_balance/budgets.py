@@ -107,7 +107,7 @@ def partial(
         balance: ``"dynamic"``, as by default of a linkage; ``"force"``: moments do not count.
         motions: one or several, as for `balance.verify`; by default its random ones.
         speed: speed of a crank, rad/s, or ``"300rpm"``; one turn of it is the motion.
-        crank: name of that crank; by default the only input.
+        crank: name of that crank; by default as for `balance.motion.one_turn`.
         weight_moment: ℓ, metres; by default the characteristic length of the linkage.
         max_bearing: largest force in joints, N, by name. In overconstrained linkages forces
             are those of least norm.

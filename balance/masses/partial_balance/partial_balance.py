@@ -32,11 +32,12 @@ from balance.motion.motion_tolerances import (
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.change_text import change_text, mass_added_text
+from balance.support.change_text import change_text, mass_added_text, percent_text
 from balance.support.mass_table import MassTable
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import Notice
+from kinematics.model.motion import while_text
 from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, repr_lines
 
@@ -143,8 +144,8 @@ class PartialBalance(WithPage, WithPicture):
     def sentence(self) -> str:
         """The answer in one sentence: what is left to shake, and the added mass.
 
-        Loads are peaks where these are minimised, else root mean squares. What is minimised
-        comes first, if it is not the shaking.
+        Loads are peaks where these are minimised, else root mean squares, with the percent of
+        the others where it differs. What is minimised comes first, if it is not the shaking.
         """
         if self.shaking is None:
             return f"{self.words[0].upper()}{self.words[1:]}."
@@ -163,17 +164,32 @@ class PartialBalance(WithPage, WithPicture):
             unit = "N" if self.minimise == "bearing" or slides else "N m"
             loads.insert(0, f"{self.front.objective} {self._change('objective', unit)}")
         moved = moved_text(self.moved)
-        text = f"{', '.join([*loads, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
+        text = f"{', '.join(loads)}{while_text(self.space.motion)}"
+        text = f"{', '.join([text, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
         return f"{text[0].upper()}{text[1:]}{sliver_sentence(self.weights)}"
 
     def _change(self, part: str, unit: str) -> str:
-        """Write a figure before and after; what the solver does not determine is 0."""
+        """Write a figure before and after, with the percent of its peak or root mean square."""
+        sizes, more = self._before_and_after(part), ""
+        if part not in ("vibration", "objective"):
+            peak = part.startswith("peak_")
+            other = part.removeprefix("peak_") if peak else f"peak_{part}"
+            percents = [
+                percent_text(after / before) if before else ""
+                for before, after in (sizes, self._before_and_after(other))
+            ]
+            if percents[1] not in ("", percents[0]):
+                more = f", {'rms' if peak else 'peak'} {percents[1]}"
+        return change_text(*sizes, unit, more=more)
+
+    def _before_and_after(self, part: str) -> tuple[float, float]:
+        """Return a figure before and after; what the solver does not determine is 0."""
         assert self.shaking is not None
         before, after = getattr(self.given, part), getattr(self.shaking, part)
         least = SHAKING_GAP_PROVED * before
         if part not in ("vibration", "objective"):
             least = max(least, self.round_off_of(part))
-        return change_text(before, after, unit, least)
+        return before if before > least else 0.0, after if after > least else 0.0
 
     def round_off_of(self, part: str) -> float:
         """Compute the ``force``, N, or ``moment``, N m, up to which round-off decides it.

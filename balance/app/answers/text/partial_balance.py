@@ -21,7 +21,8 @@ from balance.app.answers.text.counterweights import (
     place_facts,
     shape_facts,
 )
-from balance.app.answers.text.linkage import amplitude_text, linkage_facts
+from balance.app.answers.text.linkage import linkage_facts
+from balance.app.answers.text.verification import reach_text
 from balance.masses.counterweights.link_regions import radius_text
 from balance.masses.partial_balance.partial_balance import (
     ParetoFront,
@@ -39,7 +40,7 @@ from balance.masses.partial_balance.wider_regions import (
     reaches_least,
 )
 from balance.motion.verification.crank_revolution import TURN, Crank
-from balance.motion.verification.trajectory import input_reach, singularity_remark
+from balance.motion.verification.trajectory import singularity_remark
 from balance.support.change_text import LOAD_FORM, MASS_FORM, grows, mass_added_text
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import GROUND
@@ -102,7 +103,7 @@ def _motion_fact(front: ParetoFront) -> tuple[str, str]:
     if crank := _steady_crank(front.designs[0]):
         return "motion", crank.words
     duration = f"{number_text(max(motion.duration for motion in motions))} s"
-    amplitude = f"amplitude {amplitude_text(linkage, input_reach(linkage, motions))}"
+    amplitude = f"amplitude {reach_text(linkage, motions)}"
     if len(motions) == 1:
         return "motion", f"of {duration}, {amplitude}"
     return "motions", f"{len(motions)} of {duration} each, {amplitude}"

@@ -14,6 +14,7 @@ from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.compare import COPIES, ON_LINKS, TORQUE_ALONE, RemedyComparison
 from balance.support.change_text import LOAD_FORM
+from kinematics.model.motion import while_text
 from kinematics.numerics.tolerances import POSE_DETERMINED
 from kinematics.wording import count_noun, number_text, size_text
 
@@ -130,6 +131,12 @@ def _less_shaking(comparison: RemedyComparison) -> list[AppliedRemedy]:
 
 def remedies_sentence(comparison: RemedyComparison) -> str:
     """Say what one would build and what it costs, or that nothing balances the linkage."""
+    text, when = _first_choice_text(comparison), while_text(comparison.request.motion)
+    return f"While{when.removeprefix(' while')}: {text[0].lower()}{text[1:]}" if when else text
+
+
+def _first_choice_text(comparison: RemedyComparison) -> str:
+    """Write the sentence without the motion of the request."""
     if only_unbuilt(comparison):
         return f"{_in_practice(comparison)}{_why_unbuilt(comparison)}."
     if comparison.only_copies and not _tried_less(comparison):

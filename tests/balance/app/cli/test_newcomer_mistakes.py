@@ -105,7 +105,12 @@ MISTAKES = [
     ("verify slider_crank --speed 300rmp", 2, "'300rmp' is not a speed: write 300rpm"),
     ("verify slider_crank --speed 1e300rpm", 3, "no speed of a crank; give one from"),
     ("verify five_bar --speed 300rpm", 3, "which is the crank. .*--motion u2=u1 --speed u1="),
-    ("counterweights five_bar --links all --speed 300rpm", 3, "the crank. .*--speed u1=300rpm"),
+    (
+        "counterweights five_bar --links all --speed 300rpm",
+        3,
+        "the crank. .*--motion u2=u1 --speed u1=300rpm .the masses are then for this motion al",
+    ),
+    ("reduce five_bar --links all --budget 1 --speed 9hz", 3, "masses are then for this mot"),
     ("verify slider_crank --tolerance 2", 2, "'2' is not a number from 0 up to 1"),
     ("verify slider_crank --plot a.pdf", 2, "'a.pdf' ends neither in .png nor in .svg"),
     ("verify slider_crank --base free", 2, "give --base-mass and --base-inertia"),
@@ -205,6 +210,7 @@ MISTAKES = [
     ("sweep run four_bar_kite", 2, "nothing varies: give --vary, .*=90%:110%:10; now .* m"),
     ("sweep run four_bar_kite --vary length=1:2:3", 3, "--vary length: names no joint, loop"),
     ("sweep run four_bar_kite --vary crank=1:2:3", 3, "link 'crank' has the numbers length"),
+    ("quiet five_bar --to u1=0.5 --csv a.csv", 2, "--csv a.csv .write --table FILE.csv"),
     ("sweep run four_bar_kite --links crank", 2, "--links crank .write --counterweights L1,L2"),
     ("sweep run four_bar_kite --vary coupler.length", 2, "is not PATH=RANGE, such as"),
     (

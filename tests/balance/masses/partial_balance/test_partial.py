@@ -435,10 +435,11 @@ def test_the_motion_is_told():
     others = motions(linkage, 2, 15)
     parts = [others[0].u[:, 0], others[1].u[:, 0]]
     most = max(float(np.abs(part).max()) for part in parts)
+    why = "rad, so that loops close (--csv FILE goes further)"
     for chosen, told in (
         (turn, ("motion", "one revolution of u1 at -3000 rpm")),
-        (others[:1], ("motion", f"of 1 s, amplitude u1 {np.abs(parts[0]).max():.3g} rad")),
-        (others, ("motions", f"2 of 1 s each, amplitude u1 {most:.3g} rad")),
+        (others[:1], ("motion", f"of 1 s, amplitude u1 {np.abs(parts[0]).max():.3g} {why}")),
+        (others, ("motions", f"2 of 1 s each, amplitude u1 {most:.3g} {why}")),
     ):
         found = balance.partial(linkage, ["crank"], 0.1, motions=chosen, balance="force")
         assert told in front_facts(found.front)

@@ -185,7 +185,7 @@ CATALOGUE: dict[str, Remedy] = {
         ),
         Remedy(
             "partial",
-            "less shaking for a budget",
+            "counterweights for less shaking",
             "least shaking for a budget of matter",
             "",
             "S. Boyd, L. Vandenberghe, Convex Optimization, 2004",

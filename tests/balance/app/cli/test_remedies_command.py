@@ -81,7 +81,7 @@ def test_the_page_has_the_numbers_and_no_network(capsys, tmp_path):
     text = page.read_text("utf-8")
     assert '"schema": "balance.remedies/1"' in text and "What each remedy costs" in text
     assert "https://" not in text.partition("<script>")[0]
-    assert "less shaking for a budget (partial)" in capsys.readouterr().out
+    assert "counterweights for less shaking (partial)" in capsys.readouterr().out
     drawings = re.findall(r"<figure>(<svg.*?</svg>)", text, re.DOTALL)
     assert len(drawings) == 1
     found = json.loads(re.findall(r'id="report">(.*?)</script>', text, re.DOTALL)[0])
@@ -127,7 +127,7 @@ def test_the_picture_of_costs(tmp_path):
     assert done.code == 0 and f"written: {path}\n" in done.err
     text = path.read_text("utf-8")
     assert "added mass with gears, of that of the linkage" in text
-    assert "less shaking for a budget" in text
+    assert "counterweights for less shaking" in text
     path.unlink()
     done = asked(["remedies", NO, "--only", "own_masses", "--plot", str(path)])
     assert done.code == 1 and f"not written, for no remedy helps: {path}" in done.err
@@ -258,7 +258,7 @@ def test_what_one_would_build_first_comes_first():
     assert [row[0] for row in remedy_rows(found)[1:]] == [
         "turning counterweights",
         "rotors against joints",
-        "less shaking for a budget",
+        "counterweights for less shaking",
         "mirrored copies",
         "counterweights on the links",
     ]
@@ -307,7 +307,9 @@ def test_what_is_too_heavy_is_not_built_first():
     found = replace(found, reduce="balance reduce m --links a --budget 1")
     said = dict(remedies_facts(found))
     sentence = remedies_sentence(found)
-    assert sentence.startswith("Build less shaking for a budget (1 kg of point masses added, ")
+    assert sentence.startswith(
+        "Build counterweights for less shaking (1 kg of point masses added, "
+    )
     assert "kg, 20 times the mass" in sentence
     assert said["reduce, in steel"] == "balance reduce m --links a --budget 1"
 
@@ -325,11 +327,11 @@ def test_partial_balance_heavier_than_the_linkage_comes_second():
         return found, remedies_sentence(found)
 
     found, said = shown(4.0, 1.0 + 1e-9)
-    assert said.startswith("Build less shaking for a budget (")
+    assert said.startswith("Build counterweights for less shaking (")
     assert "), or, heavier than the linkage, counterweights for the force (" in said
     assert first_choice(found).remedy == "partial"
     assert [row[0] for row in remedy_rows(found)[1:]] == [
-        "less shaking for a budget",
+        "counterweights for less shaking",
         "counterweights for the force",
         "mirrored copies",
     ]
@@ -375,7 +377,9 @@ def test_where_all_were_tried_the_answer_comes_before_a_short_rest():
     )
     found = replace(found, following="balance remedies m --only partial --out built")
     body = remedies_body(found)
-    assert body[0].startswith("Build less shaking for a budget (1 kg of point masses added, ")
+    assert body[0].startswith(
+        "Build counterweights for less shaking (1 kg of point masses added, "
+    )
     assert body[0].endswith(
         "; whether one of these remedies balances the linkage is undecided."
     )
@@ -384,7 +388,7 @@ def test_where_all_were_tried_the_answer_comes_before_a_short_rest():
     steel = replace(found, request=replace(found.request, density=7850.0))
     assert remedies_body(steel)[2] == "" and "reduce" not in dict(remedies_facts(steel))
     (table,) = [part for part in body if isinstance(part, AnswerTable)]
-    assert [row[0] for row in table.rows[1:]] == ["less shaking for a budget"]
+    assert [row[0] for row in table.rows[1:]] == ["counterweights for less shaking"]
     assert body[-4:] == [
         "undecided: mirrored copies, because why",
         "no masses do: counterweights on the links",
@@ -406,7 +410,9 @@ def test_the_next_command_runs_and_writes_what_was_named(tmp_path, monkeypatch):
     assert command[:2] == ["balance", "remedies"] and "--html" not in command
     assert following in Path("page.html").read_text("utf-8").replace("&#x27;", "'")
     again = asked(command[1:])
-    assert again.code == 0 and again.out.splitlines()[0].startswith("Build less shaking")
+    assert again.code == 0 and again.out.splitlines()[0].startswith(
+        "Build counterweights for less"
+    )
     assert "Next: " not in again.out and Path("built/partial.urdf").exists()
     assert "written: built/partial.urdf\n" in again.err
     (reduce,) = re.findall(r"^reduce +(.*)$", done.out, re.MULTILINE) or ["balance reduce"]
@@ -432,13 +438,9 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
     found = replace(found, results=results)
     said = remedies_sentence(found)
     assert said.startswith("Build counterweights for the force (2 kg of point masses added, ")
-    assert (
-        "the linkage; rms shaking left: force 0, moment × 5.5), or less shaking for a " in said
-    )
-    assert (
-        "less shaking for a budget (1 kg of point masses added, " in said
-        and "left: force × 0.75, moment × 1.25); " in said
-    )
+    assert "the linkage; rms shaking left: force 0, moment × 5.5), or counterweights" in said
+    assert "counterweights for less shaking (1 kg of point masses added, " in said
+    assert "left: force × 0.75, moment × 1.25); " in said
     assert "not worth it: the lightest way (mirrored copies) adds 7 kg with its gears" in said
     assert said.endswith("2 links and 1 joint, at 3.2 times the width.")
     assert first_choice(found) == force

@@ -91,6 +91,14 @@ def least(found, keep, bounds, rows, mechanism, forms, density, thickness):
             logarithm = np.linalg.slogdet(there)[1] - k
             goal += 2.0 * (cp.trace(np.linalg.inv(there) @ P) - cp.log_det(P) + logarithm)
     problem = cp.Problem(cp.Minimize(goal), limits)
+    value, status = solve_in_turn(problem, limits)
+    return value * (unit if found.minimise == "mass" else 1.0), status
+
+
+def solve_in_turn(problem, limits):
+    """Solve a problem by the first settings that reach their tolerance: value and status."""
+    import cvxpy as cp
+
     value, status = None, "failed"
     for settings in WAYS:
         with warnings.catch_warnings():
@@ -107,4 +115,4 @@ def least(found, keep, bounds, rows, mechanism, forms, density, thickness):
             break
     if value is None:
         raise cp.SolverError("no settings of the solver end with an answer")
-    return value * (unit if found.minimise == "mass" else 1.0), status
+    return value, status

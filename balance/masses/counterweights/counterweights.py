@@ -28,6 +28,7 @@ from balance.masses.counterweights.shaped.shape_changes import (
     shape_changes,
 )
 from balance.masses.counterweights.shaped.weight_shape import WeightShape, wanted_shapes
+from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.masses.counterweights.volume.decide_filled import balancing_mass, decide_filled
 from balance.masses.counterweights.volume.plates import (
     density_limits,
@@ -170,9 +171,7 @@ def counterweights(
         denser = relax and not choices
         answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, denser, moved)
         if choices and answer.weights:
-            answer = decide_shaped(answer, stocks, choices)
-            if not answer.weights and prove:
-                answer = exclude_shapes(answer, stocks, choices)
+            answer = _decide_shapes(answer, stocks, choices, prove)
     else:
         answer = decide(asked, body_regions, minimise, price_of_mass, moved)
     chosen = tuple(name for name in answer.regions if name not in regions)
@@ -193,6 +192,17 @@ def counterweights(
         words = f"{answer.words}; {_contradiction(asked, body_regions)}"
         return replace(answer, words=words)
     return answer
+
+
+def _decide_shapes(
+    answer: Counterweights,
+    stocks: Mapping[int, Stock],
+    choices: Sequence[WeightShape],
+    prove: bool,
+) -> Counterweights:
+    """Find shapes from matter of any shape, or prove that there are none."""
+    shaped = decide_shaped(answer, stocks, choices)
+    return shaped if shaped.weights or not prove else exclude_shapes(shaped, stocks, choices)
 
 
 def _mass_finder(

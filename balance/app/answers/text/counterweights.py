@@ -87,11 +87,7 @@ def counterweights_facts(
         pairs += other_ways(space.balance, reduce)
     for name, share in counterweights.movable.items():
         pairs.append((f"may move {name}", f"{number_text(100.0 * share)} % of its mass"))
-    for name, region in counterweights.regions.items():
-        default = " (default: half the link's length about its joint)"
-        pairs.append(
-            (f"region {name}", region.words + default * (name in counterweights.chosen))
-        )
+    pairs += _region_facts(counterweights)
     if counterweights.value is not None:
         webs = any(weight.web is not None for weight in counterweights.weights)
         floor = WEB_GAP if webs else MASSES_EQUAL
@@ -123,7 +119,22 @@ def counterweights_facts(
         pairs.append(("residual", size_text(counterweights.residual or 0.0)))
     if counterweights.check:
         pairs.append(("certificate", str(counterweights.check)))
-    return pairs + [("would help", change.words) for change in counterweights.worth_naming]
+    # The verdict has the change that it names.
+    changes = [change.words for change in counterweights.worth_naming]
+    words = counterweights.words
+    return pairs + [("would help", change) for change in changes if change not in words]
+
+
+def _region_facts(counterweights: Counterweights) -> list[tuple[str, str]]:
+    """List the regions of links, in one line if they are alike."""
+    default = " (default: half the link's length about its joint)"
+    texts = {
+        name: region.words + default * (name in counterweights.chosen)
+        for name, region in counterweights.regions.items()
+    }
+    if len(texts) > 1 and len({*texts.values()}) == 1:
+        return [("regions", f"{next(iter(texts.values()))} on each of {', '.join(texts)}")]
+    return [(f"region {name}", text) for name, text in texts.items()]
 
 
 def _moment_text(counterweights: Counterweights) -> str:
@@ -401,7 +412,8 @@ def counterweights_body(
         body += ["", AnswerTable(rows)]
     body += [*part_lines(counterweights.weights), *[PLATES] * option]
     for weight in counterweights.weights:
-        if not weight.lumps:
+        # The sizes of shapes say what their moments are.
+        if not (weight.lumps or counterweights.shape):
             moments = vector_digits(weight.inertia[ENTRIES], moment_digits)
             verb = "needs" if weight.form is None else "has"
             body.append(

@@ -1,4 +1,4 @@
-"""A linkage of one link, of which several tests of counterweights ask."""
+"""Linkages of one link, of which several tests of counterweights ask."""
 
 import pytest
 
@@ -15,3 +15,17 @@ def turned_arm(tmp_path):
         '<parent link="base"/><child link="l1"/><axis xyz="0 0 1"/></joint></robot>'
     )
     return path
+
+
+@pytest.fixture
+def arm(tmp_path):
+    """A link that turns about z, with 1 kg at x = 0.05 m."""
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        '<robot name="arm"><link name="base"/><link name="l1"><inertial>'
+        '<origin xyz="0.05 0 0"/><mass value="1"/>'
+        '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>'
+        '<joint name="j1" type="continuous"><parent link="base"/><child link="l1"/>'
+        '<axis xyz="0 0 1"/></joint></robot>'
+    )
+    return str(path)

@@ -252,7 +252,6 @@ def test_the_table_has_the_dimensions_to_make_a_shape(shape):
         assert np.cos(np.radians(away)) == pytest.approx(cosine, abs=1e-6)
         drawn = f"{link}.dxf: x is (1, 0, 0) and y is (0, 1, 0) of {link}"
         assert drawn in files["README.txt"].decode()
-    assert "layer they\nare in, and whether they collide" in files["README.txt"].decode()
 
 
 @pytest.mark.parametrize("shape", ["disc=0.02", "block=0.03"])

@@ -171,8 +171,7 @@ def counterweights(
         answer = decide_filled(asked, stocks, minimise, price_of_mass, prove, denser, moved)
         if choices and answer.weights:
             answer = decide_shaped(answer, stocks, choices)
-            if not answer.weights and prove:
-                answer = exclude_shapes(answer, stocks, choices)
+            answer = exclude_shapes(answer, stocks, choices)
     else:
         answer = decide(asked, body_regions, minimise, price_of_mass, moved)
     chosen = tuple(name for name in answer.regions if name not in regions)

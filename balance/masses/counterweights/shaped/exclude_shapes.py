@@ -32,10 +32,12 @@ def exclude_shapes(
     """Return the verdict that no shapes balance if that is proved, or else the answer.
 
     Args:
-        answer: a request for a shape of which none was found.
+        answer: of a request for a shape; one that balances is returned as it is.
         stocks: regions and densities by position of the body.
         choices: the shape in each of its sizes.
     """
+    if answer.weights:
+        return answer
     space, others = answer.space, f"where {number_text(answer.least_mass or 0.0)} kg"
     thickest = max(choices, key=lambda shape: shape.size)
     plates = f"plates of thickness {thickest.size:g} m in the regions balance, of any outline"

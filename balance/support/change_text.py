@@ -19,7 +19,13 @@ LEAST_KILOGRAMS = 0.1
 
 
 def change_text(
-    before: float, after: float, unit: str, least: float = 0.0, *, worded: bool = False
+    before: float,
+    after: float,
+    unit: str,
+    least: float = 0.0,
+    *,
+    worded: bool = False,
+    more: str = "",
 ) -> str:
     """Write a load before and after a change, and by how many percent it differs.
 
@@ -29,6 +35,7 @@ def change_text(
         unit: of both; a prefix may stand before it.
         least: sizes up to this are round-off, and written as 0.
         worded: whether to write ``92 % less`` instead of ``−92 %``.
+        more: what follows the percent in their parentheses.
     """
     first, then = (0.0 if size <= least else size for size in (before, after))
     if first == then == 0.0:
@@ -36,7 +43,7 @@ def change_text(
     factor, prefix = prefix_of(max(first, then))
     start, end = (number_text(size / factor, LOAD_FORM) for size in (first, then))
     sizes = f"{start} → {end} {prefix}{unit}"
-    return f"{sizes} ({_percent_text(then / first, worded)})" if first else sizes
+    return f"{sizes} ({percent_text(then / first, worded)}{more})" if first else sizes
 
 
 def grows(before: float, after: float, least: float = 0.0) -> bool:
@@ -50,7 +57,7 @@ def grows(before: float, after: float, least: float = 0.0) -> bool:
     return after > least and after > before * (1.0 + UNCHANGED / 100.0)
 
 
-def _percent_text(ratio: float, worded: bool) -> str:
+def percent_text(ratio: float, worded: bool = False) -> str:
     """Write by how many percent a ratio differs from 1."""
     percent = 100.0 * (ratio - 1.0)
     if abs(percent) <= UNCHANGED:

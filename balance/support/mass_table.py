@@ -16,14 +16,15 @@ from kinematics.wording import html_facts, number_text, without_round_off
 # Grams in a kilogram, and millimetres in a metre; kg mm² in kg m².
 PER_SI, INERTIA_PER_SI = 1e3, 1e6
 DIGITS = ".4g"
-# Of the largest moment of a link: objectives determine moments less well than masses.
-MOMENT_DIGITS = 2
+# Of the largest moment of a link: objectives determine moments less well than masses, to 2e-5.
+MOMENT_DIGITS = 3
 SOLID = "solid of its inertia (mm), density (kg/m³)"
 HEAD = ("link", "mass (g)", "x (mm)", "y (mm)", "z (mm)")
 MOMENTS = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 # Rows and columns of these moments.
 ENTRIES = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 TITLE = "centres of mass in link frames"
+FRAMES = "Centres of mass, and moments about them, are in the link frames of the file."
 
 
 class MassRow(NamedTuple):
@@ -76,7 +77,9 @@ class MassTable(tuple[MassRow, ...]):
     solids: Mapping[str, str] = MappingProxyType({})
 
     def __repr__(self) -> str:
-        """Lines of columns, their head first; or that there are none, and the verdict.
+        """Lines of columns, their head first, and in which frames they are.
+
+        Without rows, it says that there are none, and the verdict.
 
         Moments of inertia that are zero for all links, to the digits that are written, have no
         column.
@@ -96,7 +99,7 @@ class MassTable(tuple[MassRow, ...]):
             ).rstrip()
             for row, end in zip_longest(rows, ends, fillvalue="")
         ]
-        return "\n".join([*lines, *[self.note] * bool(self.note)])
+        return "\n".join([*lines, FRAMES, *[self.note] * bool(self.note)])
 
     def _repr_html_(self) -> str:
         """The same table for notebooks."""

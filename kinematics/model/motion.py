@@ -126,6 +126,13 @@ def motion_of(
         raise MotionError(error.relation, error.problem, error.valid, linkage.source) from None
 
 
+def while_text(motion: Motion | str | Sequence[str] | None) -> str:
+    """Say during which motion something holds: `` while u2=u1``; nothing if it is free."""
+    relations = motion.relations if isinstance(motion, Motion) else motion or ()
+    words = relations if isinstance(relations, str) else ", ".join(relations)
+    return f" while {words}" if words else ""
+
+
 def _relation_row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:
     """Compute the coefficients of left side minus right side."""
     sides = relation.split("=")

@@ -196,7 +196,7 @@ GOOD: dict[str, list[str]] = {
     "paths --tool": ["{tool}"], "paths --point": ["0.1,0,0", "--tool", "{tool}"],
     "--turn": ["0.05", "--base", "free", "--base-mass", "2", "--base-inertia", "1"],
     "paths --base-inertia": ["1", "--base", "free", "--base-mass", "2", "--turn", "0.05"],
-    "paths --csv": ["{folder}/path.csv"], "paths --about": ["0.1,0.2,0", "--moment-only"],
+    "paths --table": ["{folder}/path.csv"], "paths --about": ["0.1,0.2,0", "--moment-only"],
     "verify --base": ["free", *BASE[2:]], "verify --base-mass": ["2", *BASE],
     "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
     "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
@@ -206,7 +206,7 @@ GOOD: dict[str, list[str]] = {
     "verify --gravity": ["0.1,-9.81,0"],
     "--between": ["{tool},{link}"], "--catalogue": ["10,0.1N/mm"],
     "--range": ["{first}=-0.1:0.1"], "springs --gravity": ["0.1,-9.81,0"],
-    "quiet --from": ["{first}=0.02"], "quiet --duration": ["0.5"], "quiet --csv": [
+    "quiet --from": ["{first}=0.02"], "quiet --duration": ["0.5"], "quiet --table": [
         "{folder}/quiet.csv"], "--shaking": ["both"], "--measure": ["peak"],
     "--natural-frequency": ["9"], "--max-velocity": ["20"],
     "--max-acceleration": ["{first}=90"], "--max-jerk": ["1e4"],

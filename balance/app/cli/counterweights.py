@@ -23,6 +23,7 @@ from balance.app.cli.matter_options import (
 from balance.app.cli.model_options import add_model_options
 from balance.app.cli.model_readings import certified_space
 from balance.app.cli.motion_source import (
+    MASSES_WHILE,
     add_motion_source,
     motions_of,
     notices_of,
@@ -133,7 +134,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     given = arguments.price_of_mass
     with spinner("finding the least matter that balances"):
         space = certified_space(arguments)
-        motions = motions_of(arguments, space.linkage)
+        motions = motions_of(arguments, space.linkage, MASSES_WHILE)
         matter = counterweights(
             space,
             arguments.links,

@@ -106,7 +106,7 @@ COMMANDS = {
     ),
     "quiet": Command(
         "the motion between two poses that shakes least, with the masses as they are",
-        "balance quiet robot.urdf --to u1=0.5 --duration 0.8 --csv quiet.csv",
+        "balance quiet robot.urdf --to u1=0.5 --duration 0.8 --table quiet.csv",
     ),
     "sweep": Command(
         "one model in many geometries: what varies of it, and which one is the best",

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 # How several inputs turn together.
 ONE_CRANK = "and the ratio of others by --motion u2=u1, or --motion u2=-2*u1"
+# What a relation of inputs does to masses that are computed.
+MASSES_WHILE = " (the masses are then for this motion alone)"
 # Options that choose the motion, or which random ones.
 MOTION_OPTIONS = ("csv", "tool_path", "speed", "trajectories", "seed")
 
@@ -82,8 +84,13 @@ class ToolPath(str):
     point: tuple[float, ...] | None
 
 
-def motions_of(arguments: argparse.Namespace, linkage: Linkage) -> list[Trajectory] | None:
+def motions_of(
+    arguments: argparse.Namespace, linkage: Linkage, related: str = ""
+) -> list[Trajectory] | None:
     """Compute the motions of the options; None without any.
+
+    Args:
+        related: as for `balance.motion.verification.crank_revolution.revolve_crank`.
 
     Raises:
         LinkageError: a table cannot be read, or the linkage cannot follow.
@@ -100,7 +107,7 @@ def motions_of(arguments: argparse.Namespace, linkage: Linkage) -> list[Trajecto
         motions.append(from_tool_csv(linkage, path, path.link, path.point, limits))
     if arguments.speed is not None:
         crank, speed = arguments.speed
-        motions.append(revolve_crank(linkage, speed, crank, limits)[0])
+        motions.append(revolve_crank(linkage, speed, crank, limits, related=related)[0])
     return motions or None
 
 

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 OUTPUTS = {
     "write_closed": "--write-closed",
     "out": "--out",
-    "motion_table": "--csv",
     "plot": "--plot",
     "html": "--html",
     "table": "--table",
@@ -31,6 +30,8 @@ OUTPUTS = {
 }
 # End of the name of a table that is a workbook.
 WORKBOOK = ".xlsx"
+# What to write in place of the option of other commands that reads a table.
+TABLE_NOT_CSV = {"--csv": "write --table FILE.csv"}
 # Options that name models.
 MODELS = ("model", "against")
 # Options that name other input files.

@@ -26,7 +26,7 @@ OTHERS = {
     "about": "--about",
     "line": "--line",
     "tolerance": "--tolerance",
-    "motion_table": "--csv",
+    "table": "--table",
 }
 
 

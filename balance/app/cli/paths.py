@@ -21,7 +21,13 @@ from balance.app.cli.number_arguments import (
     positive_number,
     whole_number,
 )
-from balance.app.cli.outputs import add_page_option, add_picture_option, result_files
+from balance.app.cli.outputs import (
+    TABLE_NOT_CSV,
+    add_page_option,
+    add_picture_option,
+    add_table_option,
+    result_files,
+)
 from balance.app.cli.path_inertia import (
     add_inertia_options,
     answer_with_inertias,
@@ -51,6 +57,7 @@ def add_paths(parser: Parser) -> None:
     )
     add_model_options(parser, unused=("--spatial",), motion_alone=True)
     parser.set_defaults(run=_run)
+    parser.elsewhere |= TABLE_NOT_CSV
     _add_path_options(parser.group("motion"))
     _add_tool_options(parser.group("motion"))
     _add_target_options(parser.group("motion"))
@@ -62,14 +69,9 @@ def add_paths(parser: Parser) -> None:
         type=whole_number(1, MAX_LINE, "the number of a path"),
         default=1,
         metavar="K",
-        help="number of the path that --csv writes (default 1)",
+        help="number of the path that --table writes (default 1)",
     )
-    output.add_argument(
-        "--csv",
-        dest="motion_table",
-        metavar="FILE",
-        help="write a motion along it in 1 s, for balance verify",
-    )
+    add_table_option(output, "write a motion along it, for verify --csv")
     add_picture_option(parser, "write a picture of the paths, and of the momentum")
     add_page_option(parser, "on which the linkage runs along them")
 
@@ -336,6 +338,6 @@ def _prepare_path_files(arguments: argparse.Namespace, solution: ReactionlessPat
         return files
     if solution.target is not None:
         table = partial(segments_table, solution.linkage, solution.paths)
-        return {**files, "motion_table": table}
+        return {**files, "table": table}
     path = solution.paths[arguments.which - 1]
-    return {**files, "motion_table": partial(path_table, solution.linkage, path)}
+    return {**files, "table": partial(path_table, solution.linkage, path)}

@@ -19,9 +19,11 @@ from balance.app.cli.number_arguments import (
     whole_number,
 )
 from balance.app.cli.outputs import (
+    TABLE_NOT_CSV,
     add_meshes_option,
     add_page_option,
     add_picture_option,
+    add_table_option,
     result_files,
 )
 from balance.app.cli.progress import spinner
@@ -50,7 +52,7 @@ def add_quiet(parser: Parser) -> None:
         "with 1 if no motion within the limits is found. Gravity counts for torques alone."
     )
     parser.add_examples(
-        "balance quiet robot.urdf --to u1=0.5,u2=-0.3 --duration 0.8 --csv quiet.csv",
+        "balance quiet robot.urdf --to u1=0.5,u2=-0.3 --duration 0.8 --table quiet.csv",
         "balance quiet robot.urdf --to u1=0.5 --shaking both --measure peak --max-torque 20",
         "balance quiet robot.urdf --tool hand --tool-to x=0.2,z=-0.1 --via u1=0.4",
         "balance quiet robot.urdf --to u1=0.5 --cycle --natural-frequency 12",
@@ -58,16 +60,15 @@ def add_quiet(parser: Parser) -> None:
     )
     add_model_options(parser, unused=("--motion", "--balance", "--spatial"))
     parser.set_defaults(run=_run)
+    parser.elsewhere |= TABLE_NOT_CSV
     group = parser.group("motion")
     _add_motion_options(group)
     _add_tool_options(group)
     _add_objective_options(group)
     _add_limit_options(group)
-    parser.group("output").add_argument(
-        "--csv",
-        dest="motion_table",
-        metavar="FILE",
-        help="write the motion: time and the inputs, their velocities and accelerations, as "
+    add_table_option(
+        parser.group("output"),
+        "write the motion: time and the inputs, their velocities and accelerations, as "
         "'balance verify --csv' reads it",
     )
     add_picture_option(parser, "write a picture of the shaking and of the inputs over time")
@@ -373,4 +374,4 @@ def limits_by_name(
 def _prepare_plan_files(arguments: argparse.Namespace, plan: QuietMotion) -> Files:
     """Prepare the makers of the files of a plan; a table needs a motion within the limits."""
     files = result_files(arguments, plan, meshes=not arguments.no_meshes)
-    return {**files, "motion_table": plan.table} if plan.feasible else files
+    return {**files, "table": plan.table} if plan.feasible else files

@@ -25,6 +25,7 @@ from balance.app.cli.matter_options import (
 )
 from balance.app.cli.model_options import add_model_options, load_model
 from balance.app.cli.motion_source import (
+    MASSES_WHILE,
     add_motion_source,
     motions_of,
     random_motions_remark,
@@ -329,7 +330,7 @@ def _front(
     with progress_bar("motions and designs") as advance:
         options: dict[str, Any] = {
             "regions": dict(arguments.region),
-            "motions": motions_of(arguments, linkage),
+            "motions": motions_of(arguments, linkage, MASSES_WHILE),
             "weight_moment": arguments.weight_moment,
             "frame": arguments.frame,
             "max_bearing": dict(arguments.max_bearing),

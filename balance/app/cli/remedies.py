@@ -33,8 +33,8 @@ from balance.app.cli.outputs import (
 )
 from balance.app.cli.progress import print_on_terminal, progress_bar
 from balance.masses.counterweights.link_regions import ALL, regions_by_name
-from balance.masses.remedies.catalogue import CATALOGUE
-from kinematics.error_text import did_you_mean
+from balance.masses.remedies.catalogue import CATALOGUE, remedy_named
+from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.masses.remedies.applied import AppliedRemedy
@@ -227,11 +227,7 @@ def _request(
 
 def _remedies(text: str) -> list[str]:
     """Parse names of remedies of ``a,b``."""
-    names = [name.strip() for name in text.split(",")]
-    for name in names:
-        if name not in CATALOGUE:
-            raise argparse.ArgumentTypeError(
-                f"no remedy '{name}'{did_you_mean(name, CATALOGUE)}: choose from "
-                f"{', '.join(CATALOGUE)}"
-            )
-    return names
+    try:
+        return [remedy_named(name) for name in text.split(",")]
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None

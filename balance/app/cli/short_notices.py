@@ -26,16 +26,25 @@ def shorten_notice(notice: Notice) -> Notice:
 def notices_by_file(
     linkages: Sequence[Linkage], notices: Sequence[Sequence[Notice]]
 ) -> list[Notice]:
-    """List the notices on several linkages, each with the name of its linkage or file.
+    """List the notices on two linkages, each with the name of its linkage or file.
+
+    One on both is listed once.
 
     Args:
         linkages: the linkages.
         notices: those of each.
     """
+    first, second = notices
+    names = linkage_names(linkages)
+    parts = [
+        ("both", linkages[0], [notice for notice in first if notice in second]),
+        (names[0], linkages[0], [notice for notice in first if notice not in second]),
+        (names[1], linkages[1], [notice for notice in second if notice not in first]),
+    ]
     return [
         notice
         if notice.message.startswith(linkage.source)
         else notice._replace(message=f"{name}: {notice.message}")
-        for name, linkage, told in zip(linkage_names(linkages), linkages, notices, strict=True)
+        for name, linkage, told in parts
         for notice in told
     ]

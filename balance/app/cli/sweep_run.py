@@ -22,6 +22,7 @@ from balance.app.cli.model_options import add_model_options
 from balance.app.cli.next_command import without_options
 from balance.app.cli.number_arguments import add_workers
 from balance.app.cli.outputs import (
+    TABLE_NOT_CSV,
     add_table_option,
     check_file_folders,
     describe_written,
@@ -55,7 +56,7 @@ OF_RESULTS = {"--out": 1, "--resume": 0}
 # What to write in place of options of other commands.
 ELSEWHERE = {
     "--links": "write --counterweights L1,L2, or --reduce L1,L2 --budget KG",
-    "--csv": "write --table FILE.csv",
+    **TABLE_NOT_CSV,
     "--row": "write --best COLUMN=FILE.urdf, or balance sweep export FILE.db --row N",
     "--sort": "write --best COLUMN=FILE.urdf, or balance sweep show FILE.db --sort COLUMN",
 }

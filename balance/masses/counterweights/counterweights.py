@@ -129,7 +129,7 @@ def counterweights(
         motions: one or several, as for `balance.verify`; the answer then has the loads along
             them, before and after.
         speed: speed of a crank, rad/s, or ``"300rpm"``; one turn of it is the motion.
-        crank: name of that crank; by default the only input.
+        crank: name of that crank; by default as for `balance.motion.one_turn`.
         relax: whether to look for changes that help if there is no answer: of one link, or of
             links that are alike.
         prove: whether the gap of matter of limited density is proved by integrals of many

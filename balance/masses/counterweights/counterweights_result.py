@@ -32,6 +32,7 @@ from balance.space.spaces.design_space import DesignSpace, balanced_text
 from balance.support.change_text import MASS_FORM, mass_added_text
 from balance.support.mass_table import MassTable
 from balance.support.result_files import WithPage, WithPicture
+from kinematics.model.motion import while_text
 from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, repr_lines
 
@@ -277,23 +278,23 @@ class Counterweights(WithPage, WithPicture):
     @property
     def sentence(self) -> str:
         """The answer in one sentence: what is left to shake, and the added mass."""
-        links = ", ".join(self.regions)
+        links, when = ", ".join(self.regions), while_text(self.space.motion)
         what, balance = f"matter added to {links}", "balances"
         if self.shape:
             what, balance = f"{self.shape.partition('=')[0]}s on {links}", "balance"
         if self.verdict == "infeasible":
             where = " in these regions" if self.depends_on_regions else ""
-            return f"No {what}{where} {balance} the linkage."
+            return f"No {what}{where} {balance} the linkage{when}."
         if self.verdict == "undecided":
-            return f"It is undecided whether {what} {balance} the linkage."
+            return f"It is undecided whether {what} {balance} the linkage{when}."
         moved = moved_text(self.moved)
         added = f"{moved}, {mass_added_text(self.added_mass, self.mass_form)}".removeprefix(
             ", "
         )
         if self.along is not None:
-            return f"{self.along.words}, {added}.{sliver_sentence(self.weights)}"
+            return f"{self.along.words}{when}, {added}.{sliver_sentence(self.weights)}"
         text = balanced_text(self.space)
-        return f"{text[0].upper()}{text[1:]}, {added}.{sliver_sentence(self.weights)}"
+        return f"{text[0].upper()}{text[1:]}{when}, {added}.{sliver_sentence(self.weights)}"
 
     def to_urdf(self, path: str | PathLike[str] | None = None, *, merge: bool = False) -> bytes:
         """Return the file of the linkage with the counterweights, and no other change.

@@ -39,8 +39,6 @@ from kinematics.numerics.array_types import Array
 MAX_SOLUTIONS = 6
 # An error above this part of the one before has reached the round-off of the solver.
 ERROR_FALLS = 0.5
-# Part of its limit of density beyond which a body is near it.
-NEAR_LIMIT = 0.5
 
 
 class Goal(NamedTuple):
@@ -117,40 +115,41 @@ def triangles_of(cone: Cone, P: Array) -> Array:
 
 
 class Minimiser(NamedTuple):
-    """Coordinates of a minimiser and the upper bound (n + 1,), and the error of the solver."""
+    """A minimiser.
+
+    Attributes:
+        v: coordinates of the minimiser and the upper bound (n + 1,).
+        error: that of the solver.
+        limited: whether its program had limits of density.
+    """
 
     v: Array
     error: float
+    limited: bool
 
 
-def minimise_bounded(bounded: BoundedGoal, start: Array) -> Minimiser | None:
+def minimise_bounded(
+    bounded: BoundedGoal, start: Array, limited: bool = False
+) -> Minimiser | None:
     """Minimise a goal within its bounds.
 
-    Limits of density enter for bodies near them at the start. The minimiser within these is the
-    one within all, unless a body exceeds a limit that was left out: then this one enters too.
+    Limits of density enter where the minimiser without them exceeds one.
 
     Args:
         start: coordinates (n + 1,) of positive definite bodies, which measure the first
             solution.
+        limited: whether limits of density enter at once.
 
     Returns:
         The minimiser; None if the solver finds none.
     """
     program = bounded.program
-    entered = _beyond(program, bounded.cone.linear_at(start[:-1]), NEAR_LIMIT)
-    while True:
-        densities = {b: program.densities[b] for b in sorted(entered)}
-        some = bounded._replace(program=program._replace(densities=densities))
-        best = _refine_minimiser(some, start)
-        if len(entered) == len(program.densities):
+    if program.densities and not limited:
+        unlimited = bounded._replace(program=program._replace(densities={}))
+        best = _refine_minimiser(unlimited, start)
+        if best is not None and within_densities(program, bounded.cone.linear_at(best.v[:-1])):
             return best
-        if best is None:
-            entered = set(program.densities)
-            continue
-        beyond = _beyond(program, bounded.cone.linear_at(best.v[:-1]), 1.0 + DENSITY_RELATIVE)
-        if beyond <= entered:
-            return best
-        entered |= beyond
+    return _refine_minimiser(bounded, start)
 
 
 def _refine_minimiser(bounded: BoundedGoal, start: Array) -> Minimiser | None:
@@ -202,7 +201,7 @@ def nearest_of_value(
     tight = 1.0 + NEAREST_DENSITY_TIGHTENED
     tighter = {b: tight * kappa for b, kappa in program.densities.items()}
     within = bounded._replace(goal=distance, program=program._replace(densities=tighter))
-    nearest = minimise_bounded(within, best.v)
+    nearest = minimise_bounded(within, best.v, best.limited)
     if nearest is None or nearest.error > NEAREST_RESIDUAL:
         return None
     P = bounded.cone.linear_at(nearest.v[:-1])
@@ -212,13 +211,10 @@ def nearest_of_value(
 
 def within_densities(program: Program, P: Array) -> bool:
     """Whether free bodies (free, k, k) need no density above their limits."""
-    return not _beyond(program, P, 1.0 + DENSITY_RELATIVE)
-
-
-def _beyond(program: Program, P: Array, part: float) -> set[int]:
-    """Find the free bodies (free, k, k) that need more than a part of their limit."""
-    limits = program.densities.items()
-    return {b for b, kappa in limits if density_over_limit(P[b], kappa) > part}
+    return all(
+        density_over_limit(P[b], kappa) <= 1.0 + DENSITY_RELATIVE
+        for b, kappa in program.densities.items()
+    )
 
 
 def _solve(bounded: BoundedGoal, reference: Array, size: float) -> Minimiser | None:
@@ -255,7 +251,8 @@ def _solve(bounded: BoundedGoal, reference: Array, size: float) -> Minimiser | N
     solution = solve_conic(q, rows, offset, parts, H, equilibrate=True)
     if solution.infeasible or not np.isfinite(solution.x).all():
         return None
-    return Minimiser(reference + X @ solution.x[: X.shape[1]], solution.error)
+    v = reference + X @ solution.x[: X.shape[1]]
+    return Minimiser(v, solution.error, bool(program.densities))
 
 
 def _measured_directions(

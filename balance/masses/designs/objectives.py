@@ -26,8 +26,8 @@ one to the masses in the file, where the solver finds it: that of the least
 The least change depends neither on ε nor on that bound. Newton's method starts at the design
 that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with F = P0.
 
-With limits of density the size of a design is set, as by bounds. The minimiser within some of
-these limits that fulfils the others is that within all.
+With limits of density the size of a design is set, as by bounds. Where the minimiser without
+these limits fulfils them, it is that with them.
 """
 
 from __future__ import annotations

@@ -36,6 +36,10 @@ from balance.masses.partial_balance.shaking_problem import (
     ShakingProblem,
     build_problem,
 )
+from balance.masses.partial_balance.wider_regions import (
+    HARDLY_SAVED,
+    try_wider_regions,
+)
 from balance.motion.verification.given_motions import Motions, motions_or_turn
 from balance.space.spaces.compute_space import as_space
 from balance.space.spaces.design_space import DesignSpace
@@ -54,8 +58,6 @@ from kinematics.model.motion import Motion
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.wording import number_text, size_text
 
-# Part of the shaking that matter saves, up to which it is told to be hardly worth its mass.
-HARDLY_SAVED = 1e-3
 # Caps that are named as kept are larger than the least ones by the accuracy of the solver.
 CAP_SPARE = 1.0 + 1e-4
 # Largest budget of a front without one, in masses of the linkage.
@@ -105,7 +107,7 @@ def partial(
         balance: ``"dynamic"``, as by default of a linkage; ``"force"``: moments do not count.
         motions: one or several, as for `balance.verify`; by default its random ones.
         speed: speed of a crank, rad/s, or ``"300rpm"``; one turn of it is the motion.
-        crank: name of that crank; by default the only input.
+        crank: name of that crank; by default as for `balance.motion.one_turn`.
         weight_moment: ℓ, metres; by default the characteristic length of the linkage.
         max_bearing: largest force in joints, N, by name. In overconstrained linkages forces
             are those of least norm.
@@ -181,8 +183,8 @@ def single(
     """
     check_budget(budget)
     problem = build_problem(space, links, options, progress)
-    designs = _describe(problem, [budget], [problem.solve(budget)])
-    return designs[0].front
+    design = _describe(problem, [budget], [problem.solve(budget)])[0]
+    return replace(design, wider=try_wider_regions(design, links, options)).front
 
 
 def pareto(
@@ -395,6 +397,7 @@ def _result(
         shaking=figures,
         bound=best.bound,
         least_objective=best.any_shape,
+        least_anywhere=problem.program.least_anywhere,
         weights=weights,
         z=freeze(problem.matter.parameters(best.s)),
         moved=moved,

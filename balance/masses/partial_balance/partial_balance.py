@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 from os import PathLike
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from balance.masses.counterweights.counterweight import (
     Counterweight,
@@ -32,17 +32,37 @@ from balance.motion.motion_tolerances import (
 from balance.motion.verification.trajectory import Trajectory
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.design_space import DesignSpace
-from balance.support.change_text import change_text, mass_added_text
+from balance.support.change_text import change_text, mass_added_text, percent_text
 from balance.support.mass_table import MassTable
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import Notice
+from kinematics.model.motion import while_text
 from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, number_text, repr_lines
 
 REDUCE_SCHEMA = "balance.reduce/1"
 
 PartialVerdict = Literal["optimal", "infeasible", "undecided"]
+
+
+class WiderRegions(NamedTuple):
+    """What the same budget leaves in larger regions.
+
+    Attributes:
+        regions: the balls that are larger, by name of the link.
+        share: objective over that of the file.
+        mass: mass of the added matter, kg.
+    """
+
+    regions: Mapping[str, Region]
+    share: float
+    mass: float
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        radii = {link: region.size for link, region in self.regions.items()}
+        return {"radii": radii, "share": self.share, "mass": self.mass}
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +93,10 @@ class PartialBalance(WithPage, WithPicture):
             among ``weights``.
         shape: shape of the counterweights, such as ``disc=0.02``; None if they have any.
         least_objective: the least objective of matter of any shape; None without a shape.
+        least_anywhere: no matter on the links has a smaller objective, wherever it is and
+            however much; None if the largest load is minimised.
+        wider: where regions by default have no room for the budget, what it leaves in larger
+            ones.
     """
 
     page_maker = "partial_balance:partial_balance_page"
@@ -96,6 +120,8 @@ class PartialBalance(WithPage, WithPicture):
     moved: Mapping[str, float] = field(default_factory=dict)
     shape: str | None = None
     least_objective: float | None = None
+    least_anywhere: float | None = None
+    wider: tuple[WiderRegions, ...] = ()
 
     @property
     def front(self) -> ParetoFront:
@@ -118,8 +144,8 @@ class PartialBalance(WithPage, WithPicture):
     def sentence(self) -> str:
         """The answer in one sentence: what is left to shake, and the added mass.
 
-        Loads are peaks where these are minimised, else root mean squares. What is minimised
-        comes first, if it is not the shaking.
+        Loads are peaks where these are minimised, else root mean squares, with the percent of
+        the others where it differs. What is minimised comes first, if it is not the shaking.
         """
         if self.shaking is None:
             return f"{self.words[0].upper()}{self.words[1:]}."
@@ -138,17 +164,32 @@ class PartialBalance(WithPage, WithPicture):
             unit = "N" if self.minimise == "bearing" or slides else "N m"
             loads.insert(0, f"{self.front.objective} {self._change('objective', unit)}")
         moved = moved_text(self.moved)
-        text = f"{', '.join([*loads, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
+        text = f"{', '.join(loads)}{while_text(self.space.motion)}"
+        text = f"{', '.join([text, *[moved] * bool(moved)])}, {mass_added_text(self.mass)}."
         return f"{text[0].upper()}{text[1:]}{sliver_sentence(self.weights)}"
 
     def _change(self, part: str, unit: str) -> str:
-        """Write a figure before and after; what the solver does not determine is 0."""
+        """Write a figure before and after, with the percent of its peak or root mean square."""
+        sizes, more = self._before_and_after(part), ""
+        if part not in ("vibration", "objective"):
+            peak = part.startswith("peak_")
+            other = part.removeprefix("peak_") if peak else f"peak_{part}"
+            percents = [
+                percent_text(after / before) if before else ""
+                for before, after in (sizes, self._before_and_after(other))
+            ]
+            if percents[1] not in ("", percents[0]):
+                more = f", {'rms' if peak else 'peak'} {percents[1]}"
+        return change_text(*sizes, unit, more=more)
+
+    def _before_and_after(self, part: str) -> tuple[float, float]:
+        """Return a figure before and after; what the solver does not determine is 0."""
         assert self.shaking is not None
         before, after = getattr(self.given, part), getattr(self.shaking, part)
         least = SHAKING_GAP_PROVED * before
         if part not in ("vibration", "objective"):
             least = max(least, self.round_off_of(part))
-        return change_text(before, after, unit, least)
+        return before if before > least else 0.0, after if after > least else 0.0
 
     def round_off_of(self, part: str) -> float:
         """Compute the ``force``, N, or ``moment``, N m, up to which round-off decides it.
@@ -215,6 +256,8 @@ class PartialBalance(WithPage, WithPicture):
             "bound": self.bound,
             "shape": self.shape,
             "least_objective": self.least_objective,
+            "least_anywhere": self.least_anywhere,
+            "wider": [wider.to_dict() for wider in self.wider],
             "found": self.shaking._asdict() if self.shaking else None,
             "weights": [weight.to_dict() for weight in self.weights],
             "sentence": self.sentence,

@@ -11,7 +11,7 @@ from balance.masses.counterweights.moved_matter import Taken
 from balance.masses.counterweights.volume.cut_regions import Stock
 from balance.masses.partial_balance.motion_loads import AddedParameters
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
-from balance.support.tolerances import CAP_EXCEEDED
+from balance.support.tolerances import CAP_EXCEEDED, FIXED_RANK_RELATIVE
 from kinematics.model.arrays import freeze
 from kinematics.numerics.array_types import Array
 
@@ -75,6 +75,18 @@ class ShakingProgram:
         """The load that others are compared with: that of the file, unless it is round-off."""
         return (self.single if self.balanced else self.given) or 1.0
 
+    @property
+    def least_anywhere(self) -> float | None:
+        """The least of ``|R [s; 1]|`` over all s, which bounds that of matter anywhere.
+
+        None if the largest load is minimised.
+        """
+        if self.samples.size:
+            return None
+        columns = _without_round_off(self.factor[:, :-1])
+        s = np.linalg.lstsq(columns, -self.factor[:, -1], rcond=FIXED_RANK_RELATIVE)[0]
+        return float(np.linalg.norm(columns @ s + self.factor[:, -1]))
+
     def value(self, s: Array) -> float:
         """Compute ``|R [s; 1]|``, or the largest load of the samples."""
         if self.samples.size:
@@ -127,6 +139,13 @@ class ShakingProgram:
     def _sizes(self, s: Array) -> Array:
         """Compute the loads of the samples (N,)."""
         return np.asarray(np.linalg.norm(self.samples @ np.append(s, 1.0), axis=1))
+
+
+def _without_round_off(columns: Array) -> Array:
+    """Scale columns (rows, count) to a norm of 1, and leave out those that are round-off."""
+    norms = np.linalg.norm(columns, axis=0)
+    kept = norms > FIXED_RANK_RELATIVE * norms.max(initial=0.0)
+    return np.asarray(columns[:, kept] / norms[kept])
 
 
 def quadratic_factor(rows: Sequence[Array]) -> Array:

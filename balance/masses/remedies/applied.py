@@ -37,8 +37,8 @@ class AppliedRemedy:
             data: ``matrices`` (see `balance.checks.check_certificate`) if no masses balance the
             linkage with the remedy, else the ``functional`` that excludes matter in the
             regions (see `balance.masses.counterweights.exclusion`).
-        added_mass: kg; None unless feasible or partial, as for the next four.
-        mass_ratio: added mass over that of the moving bodies in the file.
+        added_mass: kg, without gears; None unless feasible or partial, as for the next four.
+        mass_ratio: the same over the mass of the moving bodies in the file.
         input_inertia: inertia that each input feels, by its name, kg m² or kg; see
             `balance.masses.partial_balance.motion_loads.input_inertia`.
         inertia_ratio: their sum over the same sum of the file.

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from kinematics.error_text import did_you_mean
+from kinematics.errors import UsageError
+
 
 class Remedy(NamedTuple):
     """A kind of remedy.
 
     Attributes:
         name: key of the remedy, also on the command line.
-        short: what is built, in a few words.
+        short: what is built, in a few words without a comma: `remedy_named` reads it too.
         title: what it is, in words of the field.
         abbreviation: in reviews of the field; empty if there is none.
         source: author, year and place.
@@ -62,7 +65,7 @@ CATALOGUE: dict[str, Remedy] = {
         ),
         Remedy(
             "planetary_transmission",
-            "rotors on the base, by wheels",
+            "rotors on the base by wheels",
             "counter-rotations on the base, driven by wheels along the links",
             "SCR",
             _BECHT,
@@ -70,7 +73,7 @@ CATALOGUE: dict[str, Remedy] = {
         ),
         Remedy(
             "parallelogram_transmission",
-            "rotors on the base, by bars",
+            "rotors on the base by bars",
             "counter-rotations on the base, driven by parallelograms (idler loops)",
             "SCR",
             _BECHT,
@@ -182,7 +185,7 @@ CATALOGUE: dict[str, Remedy] = {
         ),
         Remedy(
             "partial",
-            "less shaking for a budget",
+            "counterweights for less shaking",
             "least shaking for a budget of matter",
             "",
             "S. Boyd, L. Vandenberghe, Convex Optimization, 2004",
@@ -199,3 +202,31 @@ CATALOGUE: dict[str, Remedy] = {
     )
 }
 """Remedies by name, in the order in which they are applied."""
+
+
+def remedy_named(text: str) -> str:
+    """Find the name of a remedy, given by it or by what is built, as tables have it.
+
+    Args:
+        text: such as ``input_relation`` or ``"a relation of inputs"``, in upper or lower case,
+            words apart by blanks or underscores.
+
+    Raises:
+        UsageError: there is none; the nearest one is suggested.
+
+    Example:
+        >>> from balance.masses.remedies.catalogue import remedy_named
+        >>> remedy_named("Mirrored copies")
+        'duplicates'
+    """
+    known = {_folded(each): remedy.name for remedy in CATALOGUE.values() for each in remedy[:2]}
+    if _folded(text) not in known:
+        meant = did_you_mean(text.strip(), (each for r in CATALOGUE.values() for each in r[:2]))
+        names = ", ".join(CATALOGUE)
+        raise UsageError(f"no remedy '{text.strip()}'{meant}: choose from {names}")
+    return known[_folded(text)]
+
+
+def _folded(text: str) -> str:
+    """Write words in lower case, one blank apart."""
+    return " ".join(text.lower().replace("_", " ").split())

@@ -12,15 +12,14 @@ from balance.masses.counterweights.link_regions import ALL, regions_by_name
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.feasibility import Feasibility, feasible
 from balance.masses.remedies.applied import AppliedRemedy
-from balance.masses.remedies.catalogue import CATALOGUE
+from balance.masses.remedies.catalogue import CATALOGUE, remedy_named
 from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.trade_off import GEAR_SHARES, best_points
 from balance.support.materials import density_in_si
 from balance.support.options import Balance
 from balance.support.result_files import WithPage, WithPicture
 from balance.support.tolerances import MASSES_EQUAL
-from kinematics.error_text import did_you_mean
-from kinematics.errors import LinkageError, UsageError
+from kinematics.errors import LinkageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.numerics.compiled.background import collect_garbage_seldom, kernel_clock
 from kinematics.numerics.linalg.ties import rank_least_first
@@ -126,7 +125,8 @@ class RemedyComparison(WithPage, WithPicture):
         """All results, those first that one would build first.
 
         What balances comes first, without loss of freedoms before with it, a frame that turns
-        after other parts, and the least mass, with gears, first; then partial balance, copies
+        after other parts, and the least mass, with gears, first; then partial balance, what
+        adds more than the mass of the linkage after what adds no more, copies
         of the whole linkage that balance it, springs for a torque, all again
         with more than `MOST_BUILT` times the given mass, what is undecided, what no masses do,
         and what does not apply, in the order of the catalogue.
@@ -142,6 +142,7 @@ class RemedyComparison(WithPage, WithPicture):
         )
         torque = [each for each in partial if each.remedy in TORQUE_ALONE]
         partial = [each for each in partial if each not in torque]
+        partial.sort(key=self.outweighs)
         helping = (*balanced, *partial, *copies, *torque)
         heavy = [each for each in helping if self.too_heavy(each)]
         light = [each for each in helping if each not in heavy]
@@ -175,6 +176,11 @@ class RemedyComparison(WithPage, WithPicture):
             but = "with fewer freedoms, copies of it all or a frame that turns"
             words.append(f"lighter, but {but}: {names}")
         return "; ".join(words)
+
+    def outweighs(self, applied: AppliedRemedy) -> bool:
+        """Whether a remedy adds, with gears, more than the mass of the linkage."""
+        given = self.request.given_mass
+        return applied.added_mass_with_gears > given * (1.0 + MASSES_EQUAL)
 
     def too_heavy(self, applied: AppliedRemedy) -> bool:
         """Whether a remedy adds, with gears, over `MOST_BUILT` times the given mass."""
@@ -277,7 +283,8 @@ def compare_remedies(
 
     Args:
         linkage: an assembled linkage, or an argument of `kinematics.load`.
-        only: names of remedies, from `balance.masses.remedies.catalogue`; by default all.
+        only: names of remedies, from `balance.masses.remedies.catalogue`, or their words in
+            tables, such as ``"mirrored copies"``; by default all.
         motion: relations between the inputs.
         balance: ``"dynamic"``, or ``"force"``.
         links: links of the linkage to which matter may be added; by default all bodies.
@@ -346,11 +353,8 @@ def compare_request(
         report: called with each result, as soon as it is there and those before it are.
         workers: processes that apply remedies.
     """
-    for name in only:
-        if name not in CATALOGUE:
-            meant = did_you_mean(name, CATALOGUE)
-            raise UsageError(f"no remedy '{name}'{meant}: choose from {', '.join(CATALOGUE)}")
-    request = replace(request, only=tuple(only))
+    only = tuple(map(remedy_named, only))
+    request = replace(request, only=only)
     request.check()
     names = [name for name in CATALOGUE if name in (only or CATALOGUE)]
     kernel_clock.foresee(UNCOMPILED * len(names))

@@ -17,7 +17,7 @@ from balance.masses.remedies.balancers.on_base import (
 )
 from balance.masses.remedies.judge_variant import judge_variant
 from balance.masses.remedies.least_matter import places_text, rim_text
-from balance.masses.remedies.request import MOTIONS, RemedyRequest
+from balance.masses.remedies.request import RemedyRequest
 from balance.masses.remedies.variant import Variant
 from balance.motion.motion_tolerances import SHAKING_RELATIVE
 from balance.motion.verification.shaking_wrench import move_wrenches, shaking_along
@@ -79,10 +79,11 @@ def with_moment_left(
         PoseError: it cannot follow the random motions of the linkage.
     """
     given, made = request.linkage, balanced.linkage
-    motions = request.motions
-    moved = list(motions)
+    moved = motions = request.motions_of_loads
     if len(made.joints) > len(given.joints):
-        moved = [drive(made, each.time, each.u, each.ud, each.udd) for each in motions]
+        # Further motions may come near singular poses of what is added.
+        motions = request.motions
+        moved = tuple(drive(made, each.time, each.u, each.ud, each.udd) for each in motions)
     before, after = _root_mean_squares(given, motions), _root_mean_squares(made, moved)
     shaking = measure_shaking(made, moved)
     if not shaking.force <= SHAKING_RELATIVE:
@@ -97,7 +98,7 @@ def with_moment_left(
         f"({number_text(after[1], '.3g')} N m, root mean square along random motions of 1 s)"
     )
     details = {
-        "motions": f"{MOTIONS} random motions of 1 s",
+        "motions": f"{len(motions)} random motions of 1 s",
         "force_before": before[0],
         "force_after": after[0],
         "moment_before": before[1],
@@ -116,11 +117,12 @@ def with_moment_left(
 
 
 def _root_mean_squares(linkage: Linkage, motions: Sequence[Trajectory]) -> tuple[float, float]:
-    """Compute the root mean squares of force and moment, about the middle, along motions."""
-    chain = input_chain(linkage)
-    wrenches = np.concatenate([shaking_along(linkage, motion) for motion in motions])
-    moved = move_wrenches(wrenches, chain.frame.origin)
-    squares = np.square(moved).sum(axis=0) / len(moved)
+    """Compute the root mean squares of force and moment, over time, about the middle."""
+    middle, squares = input_chain(linkage).frame.origin, np.zeros(6)
+    for motion in motions:
+        wrenches = move_wrenches(shaking_along(linkage, motion), middle)
+        mean = np.trapezoid(np.square(wrenches), motion.time, axis=0) / np.ptp(motion.time)
+        squares += mean / len(motions)
     return float(np.sqrt(squares[3:].sum())), float(np.sqrt(squares[:3].sum()))
 
 

@@ -13,6 +13,7 @@ from balance.masses.counterweights.link_regions import ALL, regions_of
 from balance.masses.counterweights.regions import Region
 from balance.masses.designs.pseudo_inertia_cone import given_parameters
 from balance.masses.partial_balance.motion_loads import input_inertia
+from balance.masses.partial_balance.shaking_problem import RANDOM_MOTIONS, SAMPLES
 from balance.motion.verification.trajectory import Trajectory, random_motions
 from balance.space.certification.certified_space import CertifiedSpace
 from balance.space.certification.certify_space import certify
@@ -36,7 +37,16 @@ ROTOR_RADIUS = 0.25
 # zero is an analytic function of the pose, which generic poses do not miss.
 MOTIONS, POSES = 5, 40
 # What is known of the linkage, whatever the options.
-KEPT = ("space", "spatial_space", "own_file", "base", "massless", "input_inertia", "motions")
+KEPT = (
+    "space",
+    "spatial_space",
+    "own_file",
+    "base",
+    "massless",
+    "input_inertia",
+    "motions",
+    "motions_of_loads",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,6 +262,16 @@ class RemedyRequest:
         """
         limits = motion_of(self.linkage, self.motion or None)
         return tuple(random_motions(self.linkage, MOTIONS, POSES, motion=limits))
+
+    @cached_property
+    def motions_of_loads(self) -> tuple[Trajectory, ...]:
+        """Those along which `balance.partial` and `balance.verify` compute loads.
+
+        Raises:
+            PoseError: there are none near the reference pose.
+        """
+        limits = motion_of(self.linkage, self.motion or None)
+        return tuple(random_motions(self.linkage, RANDOM_MOTIONS, SAMPLES, motion=limits))
 
     @cached_property
     def input_inertia(self) -> dict[str, float]:

@@ -14,6 +14,7 @@ from balance.support.result_files import WithPage, WithPicture
 from kinematics.errors import UsageError
 from kinematics.loading.model_gallery import LinkageLike, as_linkage
 from kinematics.model.linkage import Linkage
+from kinematics.model.motion import while_text
 from kinematics.numerics.array_types import Array
 from kinematics.wording import html_facts, repr_lines
 
@@ -44,7 +45,8 @@ class VerificationComparison(WithPage, WithPicture):
             for part in ("force", "moment")
         )
         outcome = f": {self.after.outcome}".removesuffix(": ")
-        return f"Shaking force {force}, moment {moment}, from {there} to {here}{outcome}."
+        change = f"from {there} to {here}{while_text(self.after.motion)}"
+        return f"Shaking force {force}, moment {moment}, {change}{outcome}."
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON, as ``balance verify --against`` prints it."""

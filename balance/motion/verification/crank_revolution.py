@@ -86,18 +86,21 @@ def revolve_crank(
     steps: int = STEPS,
     *,
     explain: bool = True,
+    related: str = "",
 ) -> tuple[Trajectory, Crank]:
     """Compute one revolution of a crank at constant speed, both ends included.
 
     Args:
         speed: radians per second, or a text with a unit; negative turns against the axis of
             the joint.
-        joint: the crank, a revolute input; by default the only input. Other inputs stand
-            still, or follow if the motion relates them to the crank.
+        joint: the crank, a revolute input; by default the only input, or the first of those
+            that the motion lets turn at one speed only. Other inputs stand still, or follow
+            if the motion relates them to the crank.
         motion: restriction of the inputs; free by default.
         steps: steps of the revolution; half a degree each by default.
         explain: whether the message for a crank that cannot turn fully gives its limits, and
             what turns instead, which takes longer than many turns.
+        related: what the message adds to relations of the inputs with which a crank turns.
 
     Returns:
         The motion in time, from the reference pose on, and the crank.
@@ -115,7 +118,7 @@ def revolve_crank(
             f"{linkage.source}: {speed:g} rad/s is no speed of a crank; give one from "
             f"{SLOWEST:g} to {FASTEST:g} rad/s either way"
         )
-    joint = _crank_name(linkage, joint, speed)
+    joint = _crank_name(linkage, joint, speed, motion, related)
     rates = _input_rates(linkage, joint, motion)
     for phase in PHASES:
         with suppress(PoseError):
@@ -131,7 +134,7 @@ def revolve_crank(
     low, high = (number_text(degrees(x), ".2f") for x in crank_limits(linkage, joint, rates))
     raise PoseError(
         f"{problem}: only from {low}° to {high}° about the reference pose; "
-        f"{_turning_motion_text(linkage, speed)}"
+        f"{_turning_motion_text(linkage, speed, related)}"
     )
 
 
@@ -150,8 +153,9 @@ def one_turn(
         linkage: an assembled linkage, or what `kinematics.load` accepts.
         speed: ω, radians per second, or a text with a unit, ``"300rpm"``; negative turns
             against the axis of the joint.
-        crank: name of a revolute input; by default the only input. Other inputs stand still,
-            or follow if the motion relates them to the crank.
+        crank: name of a revolute input; by default the only input, or the first of those that
+            the motion lets turn at one speed only. Other inputs stand still, or follow if the
+            motion relates them to the crank.
         motion: restriction of the inputs; free by default.
 
     Returns:
@@ -196,7 +200,9 @@ def crank_of(linkage: Linkage, trajectory: Trajectory) -> Crank | None:
     return Crank(linkage.inputs[at], float(rates[at]), periodic)
 
 
-def _crank_name(linkage: Linkage, joint: str | None, speed: float) -> str:
+def _crank_name(
+    linkage: Linkage, joint: str | None, speed: float, motion: Motion | None, related: str
+) -> str:
     """Return the name of the crank.
 
     Raises:
@@ -207,8 +213,10 @@ def _crank_name(linkage: Linkage, joint: str | None, speed: float) -> str:
     cranks = [name for name in linkage.inputs if name in turning]
     if joint is None and len(linkage.inputs) == 1:
         joint = linkage.inputs[0]
+    if joint is None and motion is not None:
+        joint = _related_crank(linkage, cranks, motion)
     if joint is None:
-        problem = f"which is the crank? {_turning_motion_text(linkage, speed)}"
+        problem = f"which is the crank? {_turning_motion_text(linkage, speed, related)}"
         raise CoordinateError(linkage.source, linkage.inputs, problem, cranks)
     if joint not in linkage.inputs:
         problem = "not an input, so not the crank; --inputs makes it one"
@@ -217,6 +225,24 @@ def _crank_name(linkage: Linkage, joint: str | None, speed: float) -> str:
         problem = f"{kinds[joint]}, not revolute, so not a crank; --inputs names another"
         raise CoordinateError(linkage.source, [joint], problem, turning)
     return joint
+
+
+def _related_crank(linkage: Linkage, cranks: list[str], motion: Motion) -> str | None:
+    """Return the first crank that a motion of one degree of freedom turns; else None.
+
+    Raises:
+        CoordinateError: it turns cranks at different speeds.
+    """
+    basis = order_inputs(motion, linkage)
+    speeds = dict(zip(linkage.inputs, np.abs(basis).max(axis=1).tolist(), strict=True))
+    turned = [name for name in cranks if speeds[name]]
+    if basis.shape[1] != 1 or not turned:
+        return None
+    fastest = max(speeds[name] for name in turned)
+    if fastest - min(speeds[name] for name in turned) > RELATION_RESIDUAL * fastest:
+        problem = f"which is the crank? name it, as in --speed {turned[0]}=300rpm"
+        raise CoordinateError(linkage.source, turned, problem, turned)
+    return turned[0]
 
 
 def _input_rates(linkage: Linkage, joint: str, motion: Motion | None) -> Array:
@@ -265,11 +291,14 @@ def crank_limits(linkage: Linkage, joint: str, rates: Array) -> tuple[float, flo
     return low * float(chain.units[crank]), high * float(chain.units[crank])
 
 
-def _turning_motion_text(linkage: Linkage, speed: float) -> str:
+def _turning_motion_text(linkage: Linkage, speed: float, related: str) -> str:
     """Name options with which a crank of this linkage turns fully, or other motions of it.
 
     Tried are each input alone, all of them at one rate, and each second one against it. The
     first of one input and the first of several are named.
+
+    Args:
+        related: what follows relations of the inputs.
     """
     names = linkage.inputs
     columns = ",".join(("time", *names))
@@ -279,22 +308,22 @@ def _turning_motion_text(linkage: Linkage, speed: float) -> str:
     trials: list[tuple[Array, str]] = [(row, "") for row in np.eye(len(names))]
     for sign in ("", "-") if len(names) > 1 else ():
         signs = [sign if k % 2 else "" for k in range(len(names))]
-        related = [
+        relations = [
             f"--motion {name}={minus}{names[0]} "
             for minus, name in zip(signs[1:], names[1:], strict=True)
         ]
         rates = np.array([-1.0 if minus else 1.0 for minus in signs])
-        trials.append((rates, "".join(related)))
+        trials.append((rates, "".join(relations)))
     kinds = {item.name: item.kind for item in linkage.joints}
     ways: dict[bool, str] = {}
-    for rates, relations in trials:
-        if bool(relations) in ways:
+    for rates, options in trials:
+        if bool(options) in ways:
             continue
         crank = names[first_largest(np.abs(rates))]
         moved = [name for name, rate in zip(names, rates, strict=True) if rate]
         if all(kinds[name] == "revolute" for name in moved) and _turns(linkage, rates):
             rpm = f"{crank}={number_text(speed * 60.0 / TURN, '.6g')}rpm"
-            ways[bool(relations)] = f"{relations}--speed {rpm}"
+            ways[bool(options)] = f"{options}--speed {rpm}{related if options else ''}"
     if ways:
         return f"what turns fully is {' and '.join(ways.values())}; or {otherwise}"
     if len(names) == 1:

@@ -24,7 +24,7 @@ from balance.motion.motion_tolerances import (
     MOTION_RETURN,
     SAMPLE_REST,
 )
-from balance.motion.verification.input_paths import InputPath, random_sines
+from balance.motion.verification.input_paths import InputPath, SinePath, random_sines
 from balance.motion.verification.motion_kernels import (
     follow_planar_samples,
     follow_samples,
@@ -230,6 +230,14 @@ def input_reach(linkage: Linkage, trajectories: Iterable[Trajectory]) -> dict[st
     """
     sizes = np.max([np.abs(each.u).max(axis=0) for each in trajectories], axis=0)
     return dict(zip(linkage.inputs, sizes.tolist(), strict=True))
+
+
+def are_shortened(trajectories: Iterable[Trajectory]) -> bool:
+    """Whether all are random motions that are smaller than the first that was tried."""
+    return all(
+        isinstance(each.path, SinePath) and each.path.amplitude < 0.99 * FIRST_AMPLITUDE
+        for each in trajectories
+    )
 
 
 def _largest_rate(chain: Chain) -> float:

@@ -287,6 +287,10 @@ class Verification(WithPage, WithPicture):
         """Whether the point of the moments is the middle of the mechanism."""
         return self.lever <= TIE_RELATIVE * self.length
 
+    def rms(self, part: str) -> float:
+        """Compute the root mean square of ``"force"`` or ``"moment"`` over all motions."""
+        return float(np.sqrt(np.mean([run.rms(part) ** 2 for run in self.runs])))
+
     def load_text(self, part: str, load: float) -> str:
         """Write a shaking ``"force"`` or ``"moment"`` with its unit; round-off as a bound.
 
@@ -412,6 +416,7 @@ class Verification(WithPage, WithPicture):
             "length": self.length,
             "about": self.point.tolist(),
             "shaking": {"force": self.force, "moment": self.moment},
+            "rms": {part: self.rms(part) for part in PARTS},
             "range": self._range(),
             "worst": {part: self.worst(part) + 1 for part in PARTS},
             "plotted": {
@@ -469,12 +474,8 @@ class Verification(WithPage, WithPicture):
         (run,) = self.runs
         loads = {part: {"peak": run.peak(part), "rms": run.rms(part)} for part in PARTS}
         crank = {"input": self.crank.joint, "rate": self.crank.speed, "rpm": self.crank.rpm}
-        return {
-            **crank,
-            "periodic": self.crank.periodic,
-            **loads,
-            "harmonics": self.harmonics(HARMONICS),
-        }
+        steady = {"periodic": self.crank.periodic, "harmonics": self.harmonics(HARMONICS)}
+        return {**crank, **loads, **steady}
 
     def harmonics(self, count: int) -> dict[str, list[float]] | None:
         """Compute the largest force and moment of the first harmonics of a revolution.

@@ -35,6 +35,7 @@ from balance.support.tolerances import (
 from kinematics.files.urdf.validate_inertias import UNPHYSICAL
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.model.motion import while_text
 from kinematics.numerics.array_types import Array
 from kinematics.numerics.tolerances import MARGIN_DETERMINED
 from kinematics.wording import first_names, html_facts, repr_lines, size_text
@@ -348,12 +349,13 @@ class DesignSpace(SpaceData, WithPage, LaterFields):
 
 def _answer_of(space: DesignSpace) -> CanBalance:
     """Say whether a linkage can balance, as far as its design space decides it."""
-    answer = _answer(space)
+    answer, when = _answer(space), while_text(space.motion)
     if not space.requirements:
-        return answer._replace(sentence=f"Can it balance? {answer.sentence}.")
+        return answer._replace(sentence=f"Can it balance{when}? {answer.sentence}.")
     # Only the design takes requirements.
     verb = answer.verb if answer.verb == "design" else ""
-    return CanBalance(answer.verdict, f"Can it balance as required? {answer.sentence}.", verb)
+    sentence = f"Can it balance as required{when}? {answer.sentence}."
+    return CanBalance(answer.verdict, sentence, verb)
 
 
 def _answer(space: DesignSpace) -> CanBalance:
@@ -411,10 +413,10 @@ def _massless_text(space: DesignSpace) -> str:
 
 
 def balanced_text(space: DesignSpace) -> str:
-    """Say what does not shake with masses of a design space."""
+    """Say what does not shake with masses of a design space, in its motion."""
     if space.requirements or not space.settled:
         return "what is asked for holds"
-    when = f"with {', '.join(space.motion.relations)}" if space.motion else "in any motion"
+    when = "" if space.motion else " in any motion"
     if space.balance == "force":
-        return f"no shaking force {when} (the moment does not count)"
-    return f"no shaking force and no shaking moment {when}"
+        return f"no shaking force{when} (the moment does not count)"
+    return f"no shaking force and no shaking moment{when}"

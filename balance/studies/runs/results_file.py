@@ -108,7 +108,6 @@ class ResultsFile:
             raise refusal(path, "its folder does not exist", "create it, or give another file")
         if os.path.exists(path) and not os.path.isfile(path):
             raise refusal(path, "is no regular file", "give a file")
-        # It stays: another run may hold it open, and would then lock a file that is gone.
         lock = FileLock(os.path.join(folder, f".{os.path.basename(path)}.lock"), timeout=0)
         try:
             lock.acquire()
@@ -125,7 +124,7 @@ class ResultsFile:
         try:
             return cls._locked(path, job, resume, lock)
         except BaseException:
-            lock.release()
+            _release(lock)
             raise
 
     @classmethod
@@ -396,7 +395,7 @@ class ResultsFile:
             self._connection.close()
         finally:
             if self._lock is not None:
-                self._lock.release()
+                _release(self._lock)
 
     def __enter__(self) -> ResultsFile:
         """Return the file; it is closed at the end of the block."""
@@ -405,6 +404,18 @@ class ResultsFile:
     def __exit__(self, *_: object) -> None:
         """Close the file."""
         self.close()
+
+
+def _release(lock: FileLock) -> None:
+    """Remove the file of a lock, and release it, if it is held.
+
+    It is removed while it is locked: another run that opened it before locks a file that is
+    gone, which `filelock` refuses.
+    """
+    if lock.is_locked:
+        with suppress(OSError):  # Windows removes no open file
+            os.remove(lock.lock_file)
+        lock.release()
 
 
 def _connect_to_read(path: str) -> sqlite3.Connection:

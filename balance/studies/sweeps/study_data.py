@@ -268,9 +268,7 @@ def _read_model(
     return _text_of_file(beside if is_beside else name, options)[0]
 
 
-def _read_ranges(
-    table: Tables, model: _ModelText, source: str
-) -> Iterator[tuple[str, Range]]:
+def _read_ranges(table: Tables, model: _ModelText, source: str) -> Iterator[tuple[str, Range]]:
     """Read the ranges of all parameters; percentages are those of values of the model."""
     if not table:
         remedy = 'write for instance "q2.origin.x" = "0.1:0.4:31"'

@@ -253,5 +253,8 @@ def _peak_rows(pair: Sequence[Verification], names: Sequence[str]) -> list[tuple
         least = round_off_of(pair, part)
         text = change_text(earlier[name], later[name], UNITS[part], least)
         rows.append((f"drive {name}", text))
-    rows.append(("bearing force", change_text(before.bearing, after.bearing, "N")))
+    joints = dict.fromkeys(filter(None, (check.most_loaded() for check in pair)))
+    change = change_text(before.bearing, after.bearing, "N")
+    where = f", in {' and then in '.join(joints)}" if joints else ""
+    rows.append(("largest bearing force", f"{change}{where}"))
     return rows

@@ -23,6 +23,7 @@ from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.inertial_parameters.conversions import mass_properties
 from balance.support.linkage_names import linkage_title
 from kinematics.model.arrays import freeze
+from kinematics.model.motion import while_text
 from kinematics.numerics.array_types import Array
 from kinematics.wording import number_text
 
@@ -137,8 +138,7 @@ def _solids_table(design: Design) -> str:
 def _summary(design: Design) -> str:
     """Summarise the page in one sentence."""
     assert design.z is not None
-    motion = design.space.motion
-    when = f"with {', '.join(motion.relations)}" if motion else "in every motion"
+    when = while_text(design.space.motion) or " in every motion"
     wrench = "force and moment" if design.space.balance == "dynamic" else "force"
     best = f", with the least {MINIMISED[design.minimise]}" if design.minimise else ""
     designed, given = (
@@ -146,7 +146,7 @@ def _summary(design: Design) -> str:
         for parameters in (design.z, [body.inertia for body in design.space.linkage.bodies])
     )
     return (
-        f"Masses that bodies can have and that exert no shaking {wrench} {when}{best}: "
+        f"Masses that bodies can have and that exert no shaking {wrench}{when}{best}: "
         f"{designed} kg in all, {given} kg in the file."
     )
 

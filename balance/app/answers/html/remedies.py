@@ -15,7 +15,7 @@ from balance.app.answers.text.remedies import (
     UNITS,
     applicable,
     following_lines,
-    refused_lines,
+    reason_lines,
     remedies_facts,
     remedies_sentence,
     remedy_rows,
@@ -41,7 +41,7 @@ DRAWN = 1e-6
 SPREAD = 20.0
 RANGE_MODES = {"linear": "tozero", "log": "normal"}
 AXES = (
-    "added mass, of that of the linkage",
+    "added mass with gears, of that of the linkage",
     "inertia felt by the inputs, of that in the file",
 )
 
@@ -51,7 +51,7 @@ class _Costs(NamedTuple):
 
     Attributes:
         name: the name in words.
-        mass: added mass over that of the linkage.
+        mass: added mass over that of the linkage, with gears, and without in a trade-off.
         inertia: inertia that the inputs feel over that of the file.
         words: what each one is.
         look: number of the mark and of the colour.
@@ -91,7 +91,7 @@ def remedies_page(comparison: RemedyComparison) -> str:
         drawings=_drawings(comparison),
         remedies=rows_table(table, [*range(2, 11)]),
         units=escape(UNITS),
-        refused="\n".join(f"<li>{escape(line)}</li>" for line in refused_lines(comparison)),
+        refused="\n".join(f"<li>{escape(line)}</li>" for line in reason_lines(comparison)),
     )
 
 
@@ -202,10 +202,10 @@ def _cost_groups(comparison: RemedyComparison) -> list[_Costs]:
     """List the costs of the remedies that help, by the name of the remedy."""
     groups: dict[str, _Costs] = {}
     for applied in comparison.results:
-        if applied.helps and None not in (applied.inertia_ratio, applied.mass_ratio):
+        if applied.helps and None not in (applied.inertia_ratio, applied.added_mass):
             blank = _Costs(applied.short, [], [], [], len(groups))
             group = groups.setdefault(applied.short, blank)
-            group.mass.append(applied.mass_ratio or 0.0)
+            group.mass.append(applied.added_mass_with_gears / comparison.request.given_mass)
             group.inertia.append(applied.inertia_ratio or 0.0)
             group.words.append(applied.words)
     return list(groups.values())
@@ -228,7 +228,7 @@ def _trade_offs(comparison: RemedyComparison, groups: list[_Costs]) -> list[_Cos
     looks = {group.name: group.look for group in groups}
     return [
         _Costs(
-            f"{applied.short}: trade-off",
+            f"{applied.short}: trade-off, without gears",
             [point.added_mass / request.given_mass for point in applied.trade_off],
             [point.inertia / felt for point in applied.trade_off],
             [f"gear {point.gear:g}" for point in applied.trade_off],

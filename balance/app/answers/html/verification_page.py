@@ -34,6 +34,7 @@ from balance.motion.verification.comparison import VerificationComparison
 from balance.motion.verification.run import Run
 from balance.motion.verification.verification import Verification
 from balance.support.linkage_names import linkage_names
+from kinematics.model.motion import while_text
 from kinematics.wording import count_noun, unit_text
 
 # Most samples of a motion on a page, and most numbers of all its motions.
@@ -132,8 +133,8 @@ def _summary(verifications: Sequence[Verification]) -> str:
             for part, size in (("force", first.force), ("moment", first.moment))
         )
         return (
-            f"{with_capital(first.verdict)}: shaking force {force} peak, moment {moment} peak, "
-            f"{when}."
+            f"{with_capital(first.verdict)}{while_text(first.motion)}: shaking force {force} "
+            f"peak, moment {moment} peak, {when}."
         )
     verdicts = "; ".join(
         f"{name}: {verification.verdict}"

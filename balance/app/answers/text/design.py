@@ -17,6 +17,7 @@ from balance.masses.designs.density import AIR, STEEL
 from balance.space.inertial_parameters.body_inertia import BodyInertia
 from balance.space.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.support.vector_digits import plain_number, vector_digits
+from kinematics.model.motion import while_text
 from kinematics.wording import number_text, size_text
 
 UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
@@ -66,7 +67,8 @@ def design_facts(design: Design, reduce: str = REDUCE) -> list[tuple[str, str]]:
     size = f"{space.nullity} of {count} dimensions, {space.level}"
     pairs.append(("design space", size))
     pairs += [("reading", reading.words) for reading in space.readings]
-    pairs.append(("verdict", design.words))
+    when = f"{design.verdict}{while_text(space.motion)}"
+    pairs.append(("verdict", design.words.replace(design.verdict, when, 1)))
     pairs += _what_else(design, reduce)
     if design.minimise:
         value = "" if design.value is None else f": {size_text(design.value, f'.{DIGITS}g')}"

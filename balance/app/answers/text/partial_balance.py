@@ -21,21 +21,31 @@ from balance.app.answers.text.counterweights import (
     place_facts,
     shape_facts,
 )
-from balance.app.answers.text.linkage import amplitude_text, linkage_facts
-from balance.masses.counterweights.link_regions import default_region, radius_text
-from balance.masses.counterweights.shaped.across_plane import at_rim
-from balance.masses.partial_balance.budgets import HARDLY_SAVED
-from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
+from balance.app.answers.text.linkage import linkage_facts
+from balance.app.answers.text.verification import reach_text
+from balance.masses.counterweights.link_regions import radius_text
+from balance.masses.partial_balance.partial_balance import (
+    ParetoFront,
+    PartialBalance,
+    WiderRegions,
+)
 from balance.masses.partial_balance.shaking_problem import ShakingFigures
+from balance.masses.partial_balance.wider_regions import (
+    HARDLY_SHAKES,
+    USED,
+    WORTH_MORE_ROOM,
+    at_rim,
+    default_regions,
+    lacks_room,
+    reaches_least,
+)
 from balance.motion.verification.crank_revolution import TURN, Crank
-from balance.motion.verification.trajectory import input_reach, singularity_remark
-from balance.support.change_text import LOAD_FORM, MASS_FORM, grows
+from balance.motion.verification.trajectory import singularity_remark
+from balance.support.change_text import LOAD_FORM, MASS_FORM, grows, mass_added_text
 from balance.support.tolerances import SHAKING_GAP_PROVED
 from kinematics.model.linkage import GROUND
 from kinematics.wording import number_text, size_text, unit_text, vector_text
 
-# Part of a budget from which it is used, and part of the shaking that is not worth a word.
-USED, HARDLY_SHAKES = 0.99, 0.01
 DIGITS = 4
 # Relative change of a rate, and of a turn, up to which a crank turns once at one speed.
 STEADY = 1e-9
@@ -59,13 +69,13 @@ def front_facts(front: ParetoFront) -> list[tuple[str, str]]:
     if best.shaking is not None:
         pairs += _shaking_facts(front, best, best.shaking)
         pairs += moved_facts(best.moved)
-        pairs += _shape_facts(front, best)
+        pairs += [*_limit_facts(front, best), *_shape_facts(front, best)]
         if best.shape is not None:
             pairs += [*place_facts(space, best.weights), *shape_facts(best.weights)]
         several = len(front.designs) > 1
         room = _filled_facts(best) if several else _room_facts(best)
         if best.shape is not None:
-            room = _shaped_room_facts(best, best.shape, [] if several else room)
+            room = _shaped_room_facts(best, [] if several else room)
         if not several and best.mass >= USED * best.budget > 0.0 and best.share > HARDLY_SHAKES:
             room += [("budget", "used up: --pareto 5 shows what other masses leave")]
         pairs += [*density_facts(best.weights), *room, *_drives(best)]
@@ -93,7 +103,7 @@ def _motion_fact(front: ParetoFront) -> tuple[str, str]:
     if crank := _steady_crank(front.designs[0]):
         return "motion", crank.words
     duration = f"{number_text(max(motion.duration for motion in motions))} s"
-    amplitude = f"amplitude {amplitude_text(linkage, input_reach(linkage, motions))}"
+    amplitude = f"amplitude {reach_text(linkage, motions)}"
     if len(motions) == 1:
         return "motion", f"of {duration}, {amplitude}"
     return "motions", f"{len(motions)} of {duration} each, {amplitude}"
@@ -155,63 +165,80 @@ def _shape_facts(front: ParetoFront, best: PartialBalance) -> list[tuple[str, st
     return [("shape", text)]
 
 
+def _limit_facts(front: ParetoFront, best: PartialBalance) -> list[tuple[str, str]]:
+    """Say what no matter on the links, wherever it is, can save."""
+    given = best.given.objective or 1.0
+    if best.least_anywhere is None or best.least_anywhere < HARDLY_SHAKES * given:
+        return []
+    share = number_text(best.least_anywhere / given, ".3g")
+    links = ", ".join(best.regions)
+    text = f"no matter on {links}, wherever it is, leaves less than {share} of the "
+    return [("limit", f"{text}{front.objective}")]
+
+
 def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
     """Say that the room of the regions, not the budget, limits what is left to shake."""
-    full = best.mass >= USED * best.budget
-    # Of what saves hardly anything, the solver leaves open how much is best.
-    undetermined = not HARDLY_SHAKES <= best.share <= 1.0 - HARDLY_SAVED
-    if not best.weights or full or undetermined:
-        return []
     used = f"{number_text(best.mass)} of {number_text(best.budget)} kg"
+    shakes = best.weights and best.share >= HARDLY_SHAKES
+    if shakes and best.mass < USED * best.budget and reaches_least(best):
+        return [("room", f"{used} are enough")]
+    if not lacks_room(best):
+        return []
     return [("room", f"{used}: more kilograms do no better there; {_more_room(best)}")]
 
 
 def _more_room(best: PartialBalance) -> str:
-    """Write the option that gives room: of default regions, balls of twice the radius."""
-    options = []
-    for link, region in best.regions.items():
-        if _is_default(best, link):
-            options.append(f"--region {shlex.quote(f'{link}={radius_text(region, 2.0)}')}")
-    if 0 < len(options) <= MOST_OPTIONS:
-        return f"twice the radius: {' '.join(options)}"
-    return "--region L=SHAPE gives room"
+    """Write the options that give room, and what is left with them."""
+    if not best.wider:
+        tried = default_regions(best) and (lacks_room(best) or at_rim(best))
+        little = f"twice the radius saves less than {WORTH_MORE_ROOM:.0%}"
+        return little if tried else "--region L=SHAPE gives room"
+    few = len(best.wider[-1].regions) <= MOST_OPTIONS
+    return ", ".join(_wider_text(wider) for wider in (best.wider if few else best.wider[-1:]))
+
+
+def _wider_text(wider: WiderRegions) -> str:
+    """Write the options of larger regions, and what is left with them."""
+    radii = ((link, radius_text(region)) for link, region in wider.regions.items())
+    options = " ".join(f"--region {shlex.quote(f'{link}={radius}')}" for link, radius in radii)
+    return f"{options} leaves {size_text(wider.share, '.3g', floor=SHAKING_GAP_PROVED)}"
 
 
 def _default_room_text(best: PartialBalance) -> str:
     """Say in a sentence that regions by default leave no room for the budget; or nothing."""
-    if not _room_facts(best) or not any(_is_default(best, link) for link in best.regions):
+    if not best.wider:
         return ""
-    return f"No more matter helps in the default regions; {_more_room(best)}."
-
-
-def _is_default(best: PartialBalance, link: str) -> bool:
-    """Whether the region of a link is that by default."""
-    default = default_region(best.space, best.space.bodies.index(link))
-    return default.text == best.regions[link].text
+    text = f"{_wider_text(best.wider[-1])} of the {best.front.objective}"
+    return (
+        f"The default regions are too small: {text} ({mass_added_text(best.wider[-1].mass)})."
+    )
 
 
 def _shaped_room_facts(
-    best: PartialBalance, shape: str, used: list[tuple[str, str]]
+    best: PartialBalance, used: list[tuple[str, str]]
 ) -> list[tuple[str, str]]:
     """Say in which regions shapes are, and which are at the rim of theirs.
 
     Args:
         used: what `_room_facts` says of the budget.
     """
-    space = best.space
+    given = default_regions(best)
     places = [
-        f"{region.words} of {link}{' (the default)' * _is_default(best, link)}"
+        f"{region.words} of {link}{' (the default)' * (link in given)}"
         for link, region in best.regions.items()
     ]
     text = "; ".join([", ".join(places), *(words for _, words in used)])
-    bound = [x.link for x in best.weights if at_rim(space, x, best.regions[x.link])]
-    # A sector whose radius is given does not grow with its region.
-    if bound and "," not in shape:
-        leaves = best.share >= HARDLY_SHAKES
-        gain = "leaves less, or as much with less mass" if leaves else "takes less mass"
-        text += f"; {', '.join(bound)} at the rim of the region: a larger one {gain}"
-        text += "" if used else f"; {_more_room(best)}"
+    if bound := at_rim(best):
+        text += f"; {', '.join(bound)} at the rim of the region: a larger one {_gain(best)}"
+        text += "" if used or reaches_least(best) else f"; {_more_room(best)}"
     return [("room", text)]
+
+
+def _gain(best: PartialBalance) -> str:
+    """Say what a larger region is good for."""
+    if best.least_anywhere is None:
+        return "leaves less, or as much with less mass"
+    return "takes less mass" if reaches_least(best) else "leaves less"
 
 
 def _filled_facts(best: PartialBalance) -> list[tuple[str, str]]:

@@ -14,6 +14,7 @@ from balance.app.answers.text.linkage import linkage_facts
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.compare import COPIES, ON_LINKS, TORQUE_ALONE, RemedyComparison
 from balance.support.change_text import LOAD_FORM
+from kinematics.model.motion import while_text
 from kinematics.numerics.tolerances import POSE_DETERMINED
 from kinematics.wording import count_noun, number_text, size_text
 
@@ -31,7 +32,7 @@ NO_TRADE_OFF = (
 # Gaps below it are those of the solver.
 GAP_DETERMINED = 1e-6
 ONLY_COPIES = "of these remedies only copies of the whole linkage balance it"
-# Verdicts of what does not help, as lines begin, and where one reads why.
+# Verdicts of what does not help, as lines begin, and where one reads why of the last two.
 UNHELPFUL = {
     "undecided": "undecided",
     "infeasible": "no masses do",
@@ -43,7 +44,7 @@ HEAD = (
     "verdict",
     "added (kg)",
     "added (× mass)",
-    "gears (kg)",
+    "of it gears (kg)",
     "input inertia (×)",
     "bearing load (×)",
     "width (×)",
@@ -54,12 +55,12 @@ HEAD = (
 )
 # What the units of the head are.
 UNITS = (
-    "×: times that of the linkage in the file; +: more than there; added: without gears; "
+    "×: times that of the linkage in the file; +: more than there; added: with gears; "
     "gears: solid steel, at the peaks of random motions of 1 s, and not in the written file; "
     "bearing load: the largest force of a joint where one input at a time has these peaks in "
     "the pose of the file (along a motion: balance verify); width: of a box about joints and "
     "masses; shaking left: where all is balanced, its part of the bodies' own inertia; else "
-    "the rms, times that of the file"
+    "the rms over the motions, times that of the file (balance verify has peaks)"
 )
 
 
@@ -130,6 +131,12 @@ def _less_shaking(comparison: RemedyComparison) -> list[AppliedRemedy]:
 
 def remedies_sentence(comparison: RemedyComparison) -> str:
     """Say what one would build and what it costs, or that nothing balances the linkage."""
+    text, when = _first_choice_text(comparison), while_text(comparison.request.motion)
+    return f"While{when.removeprefix(' while')}: {text[0].lower()}{text[1:]}" if when else text
+
+
+def _first_choice_text(comparison: RemedyComparison) -> str:
+    """Write the sentence without the motion of the request."""
     if only_unbuilt(comparison):
         return f"{_in_practice(comparison)}{_why_unbuilt(comparison)}."
     if comparison.only_copies and not _tried_less(comparison):
@@ -143,7 +150,7 @@ def remedies_sentence(comparison: RemedyComparison) -> str:
     practice = _in_practice(comparison)
     if comparison.verdict == "partial":
         first = comparison.by_preference[0]
-        cost = f"{first.added_text} added; shaking left: {_shaking_text(first)}"
+        cost = f"{first.added_text} added; rms shaking left: {_shaking_text(first)}"
         heavy = f"{first.short[0].upper()}{first.short[1:]} ({cost})"
         return f"{practice.removesuffix('; ') or heavy}."
     return f"{practice or none[0].upper()}{none if practice else none[1:]}."
@@ -177,13 +184,18 @@ def first_choice(comparison: RemedyComparison) -> AppliedRemedy | None:
 def _in_practice(comparison: RemedyComparison) -> str:
     """Say which partial balance one builds, then a semicolon; empty if there is none."""
     given, ways = comparison.request.given_mass, []
-    for way in _less_shaking(comparison):
+    less = _less_shaking(comparison)
+    for k, way in enumerate(less):
         ratio = number_text(way.added_mass_with_gears / given, FORM)
         points = way.remedy in ON_LINKS and comparison.request.density is None
         added = f"{way.added_text}{' of point masses' * points} added"
         cost = f"{added}, {ratio} times the mass of the linkage"
-        ways.append(f"{way.short} ({cost}; shaking left: {_shaking_text(way)})")
-    return f"Build {', or '.join(ways)}; " if ways else ""
+        later = k > 0 and comparison.outweighs(way) and not comparison.outweighs(less[k - 1])
+        ways.append(
+            f"{', heavier than the linkage,' * later} {way.short} ({cost}; "
+            f"{'rms ' * (k == 0)}shaking left: {_shaking_text(way)})"
+        )
+    return f"Build{', or'.join(ways)}; " if ways else ""
 
 
 def _why_unbuilt(comparison: RemedyComparison) -> str:
@@ -244,7 +256,7 @@ def remedy_rows(
 ) -> list[tuple[str, ...]]:
     """Build the table of remedies in the order of preference, its head first.
 
-    Those that do not apply to this linkage are left out; see `refused_lines`.
+    Those that do not apply to this linkage are left out; see `reason_lines`.
 
     Args:
         helping: whether those that do not help are left out too.
@@ -259,15 +271,15 @@ def applicable(comparison: RemedyComparison) -> list[AppliedRemedy]:
     return [each for each in comparison.by_preference if each.verdict != "refused"]
 
 
-def refused_lines(comparison: RemedyComparison) -> list[str]:
-    """Say which remedies do not apply to this linkage: a line for each reason."""
+def reason_lines(comparison: RemedyComparison, verdict: str = "refused") -> list[str]:
+    """Say which remedies do not apply, or have another verdict: a line for each reason."""
     names: dict[str, list[str]] = {}
     for each in comparison.by_preference:
-        if each.verdict == "refused":
+        if each.verdict == verdict:
             kinds = names.setdefault(each.reason, [])
             kinds += [each.short] * (each.short not in kinds)
     return [
-        f"not for this machine: {', '.join(kinds)}, because {reason}"
+        f"{UNHELPFUL[verdict]}: {', '.join(kinds)}, because {reason}"
         for reason, kinds in names.items()
     ]
 
@@ -276,12 +288,12 @@ def _row(applied: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     """Build the row of one result."""
     if not applied.helps:
         return (applied.short, applied.verdict, *[NONE] * (len(HEAD) - 2))
-    built = applied.built
+    built, whole = applied.built, applied.added_mass_with_gears
     numbers = (
         NONE if value is None else number_text(value, FORM, given_mass)
         for value in (
-            applied.added_mass,
-            applied.mass_ratio,
+            None if applied.added_mass is None else whole,
+            None if applied.added_mass is None else whole / given_mass,
             None if built is None else built.gear_mass,
             applied.inertia_ratio,
             None if built is None else built.bearing_ratio,
@@ -314,7 +326,7 @@ def remedies_body(comparison: RemedyComparison) -> AnswerBody:
         "",
         *table,
         *reasons,
-        *(refused_lines(comparison) if some else _unhelpful_lines(comparison)),
+        *(reason_lines(comparison) if some else _unhelpful_lines(comparison)),
         *_trade_offs(comparison),
     ]
 
@@ -330,13 +342,16 @@ def following_lines(comparison: RemedyComparison) -> list[str]:
 
 
 def _unhelpful_lines(comparison: RemedyComparison) -> list[str]:
-    """Name the remedies that do not help, by verdict, and where their reasons are."""
+    """Name the remedies that do not help, by verdict, and where their reasons are.
+
+    What is undecided, which the user may decide, has its reason here.
+    """
     lines = []
-    for verdict, text in UNHELPFUL.items():
+    for verdict in ("infeasible", "refused"):
         same = [each.short for each in comparison.by_preference if each.verdict == verdict]
         if same:
-            lines.append(f"{text}: {', '.join(dict.fromkeys(same))}")
-    return [*lines, WHY] if lines else []
+            lines.append(f"{UNHELPFUL[verdict]}: {', '.join(dict.fromkeys(same))}")
+    return [*reason_lines(comparison, "undecided"), *lines, *[WHY] * bool(lines)]
 
 
 def _trade_offs(comparison: RemedyComparison) -> AnswerBody:
@@ -355,5 +370,5 @@ def _trade_offs(comparison: RemedyComparison) -> AnswerBody:
     ]
     if not rows:
         return ["", NO_TRADE_OFF] if comparison.request.trade_off else []
-    head = "trade-off", "added (kg)", "input inertia (kg m2)", "gear", "gap"
+    head = "trade-off", "added without gears (kg)", "input inertia (kg m2)", "gear", "gap"
     return ["", AnswerTable([head, *rows])]

@@ -13,9 +13,12 @@ from balance.app.answers.answer import AnswerBody, Facts, joined_facts
 from balance.app.answers.text.linkage import amplitude_text
 from balance.motion.verification.comparison import VerificationComparison, round_off_of
 from balance.motion.verification.holding_torques import HoldingTorques
+from balance.motion.verification.trajectory import Trajectory, are_shortened, input_reach
 from balance.motion.verification.verification import HARMONICS, Verification
 from balance.support.change_text import grows
 from balance.support.linkage_names import linkage_names
+from kinematics.model.linkage import Linkage
+from kinematics.model.motion import while_text
 from kinematics.numerics.linalg.ties import first_largest
 from kinematics.numerics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import first_names, number_text, size_text, unit_text, vector_text
@@ -109,15 +112,16 @@ def _table_facts(verification: Verification) -> list[tuple[str, str]]:
 
 def _verdict(verification: Verification) -> str:
     """Return the verdict; of forces alone, or which load is cancelled and which is not."""
+    verdict = f"{verification.verdict}{while_text(verification.motion)}"
     if not verification.decided or (
         verification.balance == "dynamic" and verification.balanced
     ):
-        return verification.verdict
+        return verdict
     if verification.balance == "force":
-        return f"{verification.verdict}; the moment does not count"
+        return f"{verdict}; the moment does not count"
     alone = " (--balance force)" * (verification.force_residual <= verification.tolerance)
     outcome = f": {verification.outcome}{alone}".removesuffix(": ")
-    return f"{verification.verdict}{outcome}"
+    return f"{verdict}{outcome}"
 
 
 def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
@@ -140,28 +144,41 @@ def _motion_facts(verification: Verification) -> list[tuple[str, str]]:
         verification.load_text(part, verification.runs[number].peak(part))
         for part in ("force", "moment")
     )
+    amplitude = amplitude_text(verification.linkage, verification.amplitude)
+    if verification.seed is not None:
+        amplitude = reach_text(verification.linkage, verification.motions)
     return [
         ("motions", f"{count} {origin}; {samples} samples"),
         ("duration", f"{verification.duration:.4g} s" + (" each" if count > 1 else "")),
-        ("amplitude", amplitude_text(verification.linkage, verification.amplitude)),
+        ("amplitude", amplitude),
         ("plotted", f"motion {number + 1} of {count}: peaks {loads}"),
     ]
 
 
+def reach_text(linkage: Linkage, motions: Sequence[Trajectory]) -> str:
+    """Write how far inputs move, and why random motions go no further."""
+    shortened = ", so that loops close (--csv FILE goes further)"
+    text = amplitude_text(linkage, input_reach(linkage, motions))
+    return f"{text}{shortened if are_shortened(motions) else ''}"
+
+
 def _peak_text(verification: Verification, part: str) -> str:
-    """Describe the peak of the shaking force or moment, and where it occurs."""
+    """Describe peak and root mean square of the shaking force or moment."""
     number = verification.worst(part)
     run = verification.runs[number]
     peak = verification.load_text(part, run.peak(part))
+    rms = f"rms {verification.load_text(part, verification.rms(part))}"
     if verification.crank is None:
-        return f"peak {peak} in motion {number + 1}"
-    rms = verification.load_text(part, run.rms(part))
+        text = f"peak {peak} in motion {number + 1}"
+        if peak.startswith("below"):
+            return text
+        return f"{text}, {rms}{' over all' if len(verification.runs) > 1 else ''}"
     if peak.startswith("below"):
-        return f"peak {peak}, rms {rms}"
+        return f"peak {peak}, {rms}"
     at = verification.linkage.inputs.index(verification.crank.joint)
     sample = first_largest(run.sizes(part), verification.part_scale(part))
     angle = np.degrees(run.trajectory.u[sample, at])
-    return f"peak {peak} at {number_text(angle, '.1f')}°, rms {rms}"
+    return f"peak {peak} at {number_text(angle, '.1f')}°, {rms}"
 
 
 def comparison_sentence(results: Sequence[Verification]) -> str | None:

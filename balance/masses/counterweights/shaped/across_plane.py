@@ -20,7 +20,7 @@ from kinematics.numerics.linalg.ties import first_least
 NEAR_RIM = 1e-3
 
 
-def at_rim(space: DesignSpace, weight: Counterweight, region: Region) -> bool:
+def is_at_rim(space: DesignSpace, weight: Counterweight, region: Region) -> bool:
     """Whether a shape would leave its region if it were a little further from its joint.
 
     Args:

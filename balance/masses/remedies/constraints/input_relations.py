@@ -91,11 +91,14 @@ def apply_input_relation(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     search = search_relations(request)
     if not search.balanced:
         verdict = "undecided" if search.undecided else "infeasible"
-        doubt = f"; {search.undecided} undecided" if search.undecided else ""
-        reason = (
-            f"no masses whatever under any of {search.tried} relations with whole numbers up "
-            f"to {LARGEST}{doubt}"
-        )
+        relations = f"of {search.tried} relations with whole numbers up to {LARGEST}"
+        reason = f"no masses whatever under any {relations}"
+        if search.undecided:
+            # Their number is for round-off to decide.
+            reason = (
+                f"under some {relations} neither masses nor a proof that there are none were "
+                "found; balance design --motion RELATION may decide the one that you can build"
+            )
         yield replace(refused(KEY, reason), verdict=verdict)  # type: ignore[arg-type]
         return
     for relation in search.balanced[:MOST_JUDGED]:

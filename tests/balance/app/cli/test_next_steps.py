@@ -48,6 +48,31 @@ def test_the_words_of_a_request_lead_on(words, kept):
     assert reduce_command(arguments, 2.345) == command
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("report", "Can it balance while u2=u1? Not with these masses"),
+        ("verify --trajectories 1 --against five_bar", "(five_bar.urdf) while u2=u1."),
+        ("verify --trajectories 1", "not balanced while u2=u1; the moment does not count"),
+        ("design", "feasible while u2=u1: "),
+        (
+            "counterweights --links all",
+            "No shaking force (the moment does not count) while u2=u1",
+        ),
+        ("counterweights --links all --speed 60rpm", " %) while u2=u1, "),
+        ("counterweights --links left_lower", "balances the linkage while u2=u1."),
+        ("reduce --links left_lower --budget 1", " while u2=u1, 1 kg added."),
+        ("remedies --only force_masses", "While u2=u1: none of these remedies balances"),
+    ],
+)
+def test_answers_of_a_motion_name_it(words, said):
+    verb, *options = words.split()
+    words = [verb, "five_bar", "--balance", "force", "--motion", "u2=u1", *options]
+    out = " ".join(asked(words).out.split())
+    assert said in out
+
+
 def test_requirements_leave_motions_out():
     arguments = SimpleNamespace(words=["m.urdf", "--points", "--csv", "a"], require=["force"])
     assert reduce_command(arguments, 0.0, ["a", "b"]) == (

@@ -90,7 +90,7 @@ def test_why_there_is_no_path(arm, capsys):
         ("--factors link3=1", 3, "link3"),
         ("--factors link2=2 --through u1=1 --change link2", 2, "not with --through"),
         ("--factors link2=2 --to u1=1", 2, "--to: not with --factors"),
-        ("--factors link2=2 --csv a.csv", 2, "not with --factors"),
+        ("--factors link2=2 --table a.csv", 2, "not with --factors"),
         ("--factors link2=2 --base free", 2, "--base free: not with --factors"),
         ("--factors link2=2 --from u1=0 --from u1=1", 2, "--from: one pose"),
         ("--through u1=1 --change link2 --length 1", 2, "--length: not with --through"),

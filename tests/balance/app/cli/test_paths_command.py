@@ -23,7 +23,7 @@ def test_the_table_is_what_verify_takes(capsys, tmp_path):
     code, found = run(
         capsys,
         "fuga_i",
-        "--csv",
+        "--table",
         str(table),
         "--which",
         "2",
@@ -45,7 +45,7 @@ def test_the_table_is_what_verify_takes(capsys, tmp_path):
 @pytest.mark.lanes
 def test_no_path_and_why(capsys, tmp_path):
     table = tmp_path / "a.csv"
-    code, found = run(capsys, "five_bar", "--csv", str(table))
+    code, found = run(capsys, "five_bar", "--table", str(table))
     assert (code, found["paths"], found["dimension"]) == (1, [], 0)
     assert found["reason"].startswith("the momentum matrix has full column rank in all of 9")
     assert not table.exists()

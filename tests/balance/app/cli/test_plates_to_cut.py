@@ -32,7 +32,7 @@ def test_the_plates_that_come_next_balance_and_are_joined_to_their_links(five_ba
     assert proposed.startswith(command) and not re.search("cylinder[(]|ball[(]", proposed)
     plates = asked([*shlex.split(proposed), "--parts", str(tmp_path / "parts")])
     told = (tmp_path / "parts" / "README.txt").read_text()
-    assert "layer they\nare in, and whether they collide" in told
+    assert "layer a\npart is in, and whether it collides" in told
     assert plates.code == 0 and "Next" not in plates.out and PLATES not in plates.out
     assert len(re.findall("fills 100 % of a", plates.out)) == 4
     assert not re.search("^(arm|sliver) ", plates.out, re.MULTILINE)

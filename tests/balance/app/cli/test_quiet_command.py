@@ -23,7 +23,7 @@ def arm(tmp_path):
 def test_the_table_is_what_verify_takes(capsys, tmp_path, arm):
     table, picture = tmp_path / "a.csv", tmp_path / "a.svg"
     code, plan = json_answer(
-        capsys, "quiet", arm, *TO, "--csv", str(table), "--plot", str(picture)
+        capsys, "quiet", arm, *TO, "--table", str(table), "--plot", str(picture)
     )
     assert code == 0 and plan["verdict"] == "optimal" and plan["law"] == "planned"
     assert plan["motion"]["position"][-1] == pytest.approx([0.5, -0.3])
@@ -43,7 +43,7 @@ def test_the_text_shows_both_laws(capsys, arm):
 
 def test_an_infeasible_limit_is_one_line(capsys, tmp_path, arm):
     table = tmp_path / "a.csv"
-    code = main(["quiet", arm, *TO, "--max-velocity", "u1=0.9", "--csv", str(table)])
+    code = main(["quiet", arm, *TO, "--max-velocity", "u1=0.9", "--table", str(table)])
     assert code == 1 and not table.exists()
     lines = [line for line in capsys.readouterr().out.splitlines() if "infeasible" in line]
     assert len(lines) == 1 and "the velocity of u1 exceeds its limit 0.9" in lines[0]

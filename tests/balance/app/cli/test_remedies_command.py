@@ -14,6 +14,7 @@ import pytest
 import balance
 import kinematics
 from balance.app.answers.answer import AnswerTable
+from balance.app.answers.html.remedies import remedies_page
 from balance.app.answers.text.remedies import (
     NO_TRADE_OFF,
     first_choice,
@@ -26,7 +27,7 @@ from balance.app.cli.main import main
 from balance.masses.designs.feasibility import feasible
 from balance.masses.remedies.applied import AppliedRemedy
 from balance.masses.remedies.as_built import AsBuilt
-from balance.masses.remedies.catalogue import CATALOGUE
+from balance.masses.remedies.catalogue import CATALOGUE, remedy_named
 from balance.masses.remedies.compare import RemedyComparison
 from balance.masses.remedies.request import RemedyRequest
 from tests.support.command_runs import asked
@@ -80,7 +81,7 @@ def test_the_page_has_the_numbers_and_no_network(capsys, tmp_path):
     text = page.read_text("utf-8")
     assert '"schema": "balance.remedies/1"' in text and "What each remedy costs" in text
     assert "https://" not in text.partition("<script>")[0]
-    assert "less shaking for a budget (partial)" in capsys.readouterr().out
+    assert "counterweights for less shaking (partial)" in capsys.readouterr().out
     drawings = re.findall(r"<figure>(<svg.*?</svg>)", text, re.DOTALL)
     assert len(drawings) == 1
     found = json.loads(re.findall(r'id="report">(.*?)</script>', text, re.DOTALL)[0])
@@ -125,8 +126,8 @@ def test_the_picture_of_costs(tmp_path):
     done = asked(["remedies", NO, "--only", "partial", "--plot", str(path)])
     assert done.code == 0 and f"written: {path}\n" in done.err
     text = path.read_text("utf-8")
-    assert "added mass, of that of the linkage" in text
-    assert "less shaking for a budget" in text
+    assert "added mass with gears, of that of the linkage" in text
+    assert "counterweights for less shaking" in text
     path.unlink()
     done = asked(["remedies", NO, "--only", "own_masses", "--plot", str(path)])
     assert done.code == 1 and f"not written, for no remedy helps: {path}" in done.err
@@ -139,10 +140,22 @@ def test_every_remedy_of_the_schema_is_in_the_catalogue():
     assert tuple(known) == tuple(CATALOGUE)
 
 
+def test_the_words_of_the_table_name_a_remedy():
+    """As its name does; a list of them is divided at its commas."""
+    for name, remedy in CATALOGUE.items():
+        for text in (name, remedy.short, f" {remedy.short.upper().replace(' ', '_')}"):
+            assert remedy_named(text) == name and "," not in text
+    found = balance.compare_remedies(NO, ["A pantograph", "a free hinge of the frame"])
+    assert [each.remedy for each in found.results] == ["free_joint", "pantograph"]
+    assert found.request.only == ("pantograph", "free_joint")
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
         (["--only", "wheels"], 2, "no remedy 'wheels'"),
+        (["--only", "partial,relation of input"], 2, "(did you mean 'a relation of inputs'?)"),
+        (["--only", "input_relations"], 2, "(did you mean 'input_relation'?)"),
         (["--gear", "0"], 2, "positive"),
         (["--gear", "nan"], 2, "positive"),
         (["--rotor-radius", "-1"], 2, "positive"),
@@ -245,7 +258,7 @@ def test_what_one_would_build_first_comes_first():
     assert [row[0] for row in remedy_rows(found)[1:]] == [
         "turning counterweights",
         "rotors against joints",
-        "less shaking for a budget",
+        "counterweights for less shaking",
         "mirrored copies",
         "counterweights on the links",
     ]
@@ -270,11 +283,13 @@ def test_gears_count_in_what_one_would_build_first():
         "counter_rotary_masses",
     ]
     row = dict(zip(*(remedy_rows(found)[k] for k in (0, 2)), strict=True))
-    assert (row["gears (kg)"], row["bearing load (×)"], row["width (×)"]) == (
-        "2",
-        "1.5",
-        "1.25",
-    )
+    assert (row["added (kg)"], row["of it gears (kg)"]) == ("7", "2")
+    assert float(row["added (× mass)"]) == pytest.approx(7.0 / found.request.given_mass, 1e-3)
+    assert (row["bearing load (×)"], row["width (×)"]) == ("1.5", "1.25")
+    page = remedies_page(replace(found, results=(replace(geared, inertia_ratio=1.0),)))
+    (data,) = re.findall(r'id="figures">(.*?)</script>', page, re.DOTALL)
+    (mark,) = json.loads(data)[0]["data"]
+    assert mark["x"] == pytest.approx([7.0 / found.request.given_mass], rel=1e-12)
     assert "turning counterweights 7 kg" in found.why_first
     (alone,) = comparison_of(("passive_wheel", "feasible", 6.0)).results
     alone = replace(found, results=(replace(alone, lost_freedoms=1),))
@@ -292,9 +307,38 @@ def test_what_is_too_heavy_is_not_built_first():
     found = replace(found, reduce="balance reduce m --links a --budget 1")
     said = dict(remedies_facts(found))
     sentence = remedies_sentence(found)
-    assert sentence.startswith("Build less shaking for a budget (1 kg of point masses added, ")
+    assert sentence.startswith(
+        "Build counterweights for less shaking (1 kg of point masses added, "
+    )
     assert "kg, 20 times the mass" in sentence
     assert said["reduce, in steel"] == "balance reduce m --links a --budget 1"
+
+
+def test_partial_balance_heavier_than_the_linkage_comes_second():
+    """In the sentence, in the table and in the next command; round-off does not count."""
+    mass = comparison_of().request.given_mass
+
+    def shown(force, budget):
+        results = (
+            ("force_masses", "partial", force * mass),
+            ("partial", "partial", budget * mass),
+        )
+        found = comparison_of(("duplicates", "feasible", 8.0 * mass), *results)
+        return found, remedies_sentence(found)
+
+    found, said = shown(4.0, 1.0 + 1e-9)
+    assert said.startswith("Build counterweights for less shaking (")
+    assert "), or, heavier than the linkage, counterweights for the force (" in said
+    assert first_choice(found).remedy == "partial"
+    assert [row[0] for row in remedy_rows(found)[1:]] == [
+        "counterweights for less shaking",
+        "counterweights for the force",
+        "mirrored copies",
+    ]
+    for force, budget in ((0.9, 1.0), (4.0, 5.0)):
+        found, said = shown(force, budget)
+        assert said.startswith("Build counterweights for the force (")
+        assert "heavier" not in said and first_choice(found).remedy == "force_masses"
 
 
 def test_springs_are_not_said_to_shake_less():
@@ -333,7 +377,9 @@ def test_where_all_were_tried_the_answer_comes_before_a_short_rest():
     )
     found = replace(found, following="balance remedies m --only partial --out built")
     body = remedies_body(found)
-    assert body[0].startswith("Build less shaking for a budget (1 kg of point masses added, ")
+    assert body[0].startswith(
+        "Build counterweights for less shaking (1 kg of point masses added, "
+    )
     assert body[0].endswith(
         "; whether one of these remedies balances the linkage is undecided."
     )
@@ -342,14 +388,16 @@ def test_where_all_were_tried_the_answer_comes_before_a_short_rest():
     steel = replace(found, request=replace(found.request, density=7850.0))
     assert remedies_body(steel)[2] == "" and "reduce" not in dict(remedies_facts(steel))
     (table,) = [part for part in body if isinstance(part, AnswerTable)]
-    assert [row[0] for row in table.rows[1:]] == ["less shaking for a budget"]
+    assert [row[0] for row in table.rows[1:]] == ["counterweights for less shaking"]
     assert body[-4:] == [
-        "undecided: mirrored copies",
+        "undecided: mirrored copies, because why",
         "no masses do: counterweights on the links",
         "not for this machine: a path of the slider",
         "why: --only NAME, or --html FILE.html for all of them",
     ]
     assert len(found.to_dict()["remedies"]) == 4
+    alone = remedies_body(replace(found, results=found.results[1:2]))
+    assert alone[-1] == "undecided: mirrored copies, because why"
 
 
 def test_the_next_command_runs_and_writes_what_was_named(tmp_path, monkeypatch):
@@ -362,7 +410,9 @@ def test_the_next_command_runs_and_writes_what_was_named(tmp_path, monkeypatch):
     assert command[:2] == ["balance", "remedies"] and "--html" not in command
     assert following in Path("page.html").read_text("utf-8").replace("&#x27;", "'")
     again = asked(command[1:])
-    assert again.code == 0 and again.out.splitlines()[0].startswith("Build less shaking")
+    assert again.code == 0 and again.out.splitlines()[0].startswith(
+        "Build counterweights for less"
+    )
     assert "Next: " not in again.out and Path("built/partial.urdf").exists()
     assert "written: built/partial.urdf\n" in again.err
     (reduce,) = re.findall(r"^reduce +(.*)$", done.out, re.MULTILINE) or ["balance reduce"]
@@ -388,11 +438,9 @@ def test_copies_are_not_headed_build_first_where_others_shake_less():
     found = replace(found, results=results)
     said = remedies_sentence(found)
     assert said.startswith("Build counterweights for the force (2 kg of point masses added, ")
-    assert "the linkage; shaking left: force 0, moment × 5.5), or less shaking for a " in said
-    assert (
-        "less shaking for a budget (1 kg of point masses added, " in said
-        and "left: force × 0.75, moment × 1.25); " in said
-    )
+    assert "the linkage; rms shaking left: force 0, moment × 5.5), or counterweights" in said
+    assert "counterweights for less shaking (1 kg of point masses added, " in said
+    assert "left: force × 0.75, moment × 1.25); " in said
     assert "not worth it: the lightest way (mirrored copies) adds 7 kg with its gears" in said
     assert said.endswith("2 links and 1 joint, at 3.2 times the width.")
     assert first_choice(found) == force

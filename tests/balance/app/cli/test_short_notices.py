@@ -1,6 +1,8 @@
 """Commands beside report print what was read of a file in short form, and hide no danger."""
 
-from balance.app.cli.short_notices import shorten_notice
+from types import SimpleNamespace
+
+from balance.app.cli.short_notices import notices_by_file, shorten_notice
 from kinematics.model.linkage import Notice
 from tests.support.command_runs import asked
 
@@ -59,3 +61,11 @@ def test_report_names_the_links_and_other_commands_count_them(tmp_path):
     told = asked(["design", str(path)]).err
     assert "bare3" not in told
     assert "massless: no mass, so no parameters: 4 links (balance report names them)" in told
+
+
+def test_a_notice_on_both_linkages_is_told_once():
+    both = notices_by_file(
+        [SimpleNamespace(source=name, name=name, at=None) for name in ("a.urdf", "b.urdf")],
+        [[Notice("x", "on both"), Notice("y", "a.urdf: its own")], [Notice("x", "on both")]],
+    )
+    assert [notice.message for notice in both] == ["both: on both", "a.urdf: its own"]

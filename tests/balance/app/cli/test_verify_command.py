@@ -33,7 +33,7 @@ from tests.support.verify_command import BALANCED, FEW, SHAKING, run
 
 KEYS = (
     "schema model file at balance balanced tolerance trajectories samples seed inputs duration "
-    "amplitude speed length about shaking range worst plotted residual inertia "
+    "amplitude speed length about shaking rms range worst plotted residual inertia "
     "bearing ratio agreement closure remarks warnings against sentence"
 ).split()
 
@@ -129,20 +129,21 @@ def test_two_linkages_stand_side_by_side(capsys):
     assert re.match("note +the moment grows", lines[-1])
 
 
-def test_notices_on_two_linkages_name_the_file(tmp_path, capsys, caplog):
-    """Each file has its notice once, after its name."""
+def test_notices_on_two_linkages_are_told_once(tmp_path, capsys, caplog):
+    """One on both has no file; others follow the name of theirs."""
     link = (
         '<link name="bare"/><joint name="w" type="continuous"><parent link="base"/>'
         '<child link="bare"/><axis xyz="0 0 1"/><mimic joint="u1"/></joint></robot>'
     )
     text = Path(kinematics.load(SHAKING).source).read_text("utf-8")
-    for name in ("after", "before"):
+    for name, changed in (("after", link), ("before", link), ("other", "</robot>")):
         path = tmp_path / f"{name}.urdf"
-        path.write_text(text.replace("</robot>", link), encoding="utf-8")
+        path.write_text(text.replace("</robot>", changed), encoding="utf-8")
     pair = [str(tmp_path / "after.urdf"), "--against", str(tmp_path / "before.urdf")]
     assert main(["verify", *pair, *FEW]) == 1
+    assert main(["verify", pair[0], "--against", str(tmp_path / "other.urdf"), *FEW]) == 1
     said = [line for line in caplog.messages if line.startswith("massless: ")]
-    assert [line.split(": ")[1] for line in said] == ["after.urdf", "before.urdf"]
+    assert [line.split(": ")[1] for line in said] == ["both", "after.urdf"]
 
 
 @pytest.mark.slow
@@ -269,7 +270,8 @@ def test_the_page_holds_the_report_and_escapes_names():
 def test_random_motions_reach_as_far_as_their_remark_says():
     """Less than they begin with where loops would not close so far."""
     done = asked(["verify", "delta"])
-    (reach,) = re.findall("^amplitude +(.*)$", done.out, re.MULTILINE)
+    reach = "^amplitude +(.*), so that loops close .--csv FILE goes further.$"
+    (reach,) = re.findall(reach, done.out, re.MULTILINE)
     assert f"random motions of 1 s, of at most {reach}: " in done.err
     sizes = [abs(each.u).max() for each in random_motions(kinematics.load("delta"))]
     assert reach.startswith(f"u1 {max(sizes):.3g} rad") and max(sizes) < 0.7

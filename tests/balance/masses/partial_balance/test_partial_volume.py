@@ -358,3 +358,20 @@ def test_matter_is_no_mirror_image_where_the_linkage_is_none(tmp_path):
     assert found.verdict == "optimal" and found.bound <= values[0] <= 0.995 * values[1]
     assert found.shaking.objective == pytest.approx(values[0], rel=6e-3)
     assert places[0] > 0.02 and weight.com[2] == pytest.approx(places[0], rel=0.2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("density", [STEEL, None])
+def test_twin_rods_share_matter_where_the_force_alone_counts(density):
+    """They translate alike; the moment depends on their places, and one of them saves more."""
+    space = balance.design_space("delta", balance="force", max_order=0)
+    problem = build_problem(space, ["rod1a", "rod1b"], ShakingOptions(density=density))
+    first, second = problem.solve(0.3).s.reshape(2, 10)
+    assert first == pytest.approx(second, abs=1e-6) and first[-1] > 0.1
+    space = balance.design_space("delta", max_order=0)
+    problem = build_problem(space, ["rod1a", "rod1b"], ShakingOptions(density=density))
+    best = problem.solve(0.3)
+    first, second = best.s.reshape(2, 10)
+    for shared in ((second, first), ((first + second) / 2,) * 2):
+        value = problem.program.value(np.concatenate(shared))
+        assert value > best.value + 100.0 * (best.value - best.bound)

@@ -11,10 +11,13 @@ import json
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq, minimize_scalar
 
+import balance
 from balance.app.cli.main import main
 
 CRANK, ROD, PISTON, SPEED = 0.05, 0.2, 0.5, 3000.0 * np.pi / 30.0
+STEEL = 7850.0
 MOVING, TURNING = PISTON + 0.12, 1.0 * CRANK / 2.0 + 0.18 * CRANK
 INERTIAL = (
     '<inertial><origin xyz="{} 0 0"/><mass value="{}"/>'
@@ -133,3 +136,40 @@ def test_harmonics_that_there_are_not(minimise, words, engine, capsys):
     with pytest.raises(SystemExit) as ended:
         raise SystemExit(main([*command, minimise]))
     assert ended.value.code in (2, 3) and words in capsys.readouterr().err
+
+
+def half_balls_and_caps(radius, budget):
+    """Largest first moment, kg m, of steel in a ball about the shaft, and its mass, kg.
+
+    A half-ball has ``ρ π R⁴ / 4``; a cap from the distance a on has ``ρ π (R² - a²)² / 4``.
+    """
+    mass = STEEL * 2.0 / 3.0 * np.pi * radius**3
+    a = 0.0
+    if mass > budget:
+        height = brentq(
+            lambda h: STEEL * np.pi * h**2 * (radius - h / 3.0) - budget, 0.0, radius
+        )
+        a, mass = radius - height, budget
+    return STEEL * np.pi * (radius**2 - a**2) ** 2 / 4.0, mass
+
+
+def test_wider_regions_and_the_least_of_the_crank(engine):
+    """Regions by default reach half of the crank; the budget is that of 0.4 kg of steel."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 4000, endpoint=False)
+
+    def rms(B):
+        return float(np.sqrt(np.mean(forces(B, angle) ** 2)))
+
+    best = minimize_scalar(rms, bounds=(0.0, 0.2), method="bounded", options={"xatol": 1e-12})
+    design = balance.partial(engine, "crank", 0.4, balance="force", speed="3000rpm")
+    assert design.least_anywhere == pytest.approx(best.fun, rel=1e-5)
+    assert design.verdict == "optimal" and design.mass < 0.3
+    radii = [wider.regions["crank"].size for wider in design.wider]
+    assert radii == [0.05, 0.1, 0.2][: len(radii)] and len(radii) >= 2
+    for wider, radius in zip(design.wider, radii, strict=True):
+        B, mass = half_balls_and_caps(radius, 0.4)
+        least = rms(min(B, best.x)) / rms(0.0)
+        assert wider.share == pytest.approx(least, rel=1e-4)
+        assert B > best.x or wider.mass == pytest.approx(mass, rel=1e-3)
+    # The last one saves hardly more than the one before, or is the least that there is.
+    assert design.wider[-1].share < design.wider[0].share - 0.02

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+import balance
 from balance.app.cli.main import main
 from balance.masses.remedies.matter_on_links import apply_force_masses
 from balance.masses.remedies.request import RemedyRequest
@@ -148,6 +149,17 @@ def test_counterweights_for_the_force_leave_a_moment():
     details = applied.details
     assert details["moment_after"] / details["moment_before"] == pytest.approx(applied.residual)
     assert details["force_after"] < 1e-9 * details["force_before"]
+    # Pinocchio, along the motions of `balance verify` and `balance reduce`.
+    seen = [
+        run.rms("moment")
+        for run in balance.verify(load(Document("made.urdf", applied.urdf))).runs
+    ]
+    mean = np.sqrt(np.mean(np.square(seen)))
+    assert details["moment_after"] == pytest.approx(mean, rel=1e-9)
+    shaking = balance.partial("four_bar_general", ["crank"], 0.1).given
+    assert (details["force_before"], details["moment_before"]) == pytest.approx(
+        (shaking.force, shaking.moment), rel=1e-9
+    )
     (again,) = apply_force_masses(
         RemedyRequest(as_linkage("four_bar_general"), balance="force")
     )

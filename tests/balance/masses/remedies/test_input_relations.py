@@ -197,6 +197,20 @@ def test_relations_of_many_inputs_are_tried_if_the_user_insists(monkeypatch):
     assert result.verdict == "infeasible" and len(asked) == 1
 
 
+def test_what_is_undecided_of_relations_is_said(monkeypatch):
+    """Not how many, which round-off may change, but what the user may do."""
+    request = RemedyRequest(kinematics.load("principal_vector_linkage"))
+    texts = set()
+    for count in (1, 2):
+        search = RelationSearch((), count, 290)
+        monkeypatch.setattr(input_relations, "search_relations", lambda _, s=search: s)
+        (result,) = apply_input_relation(request)
+        texts.add((result.verdict, result.reason))
+    ((verdict, reason),) = texts
+    assert verdict == "undecided" and reason.startswith("under some of 290 relations")
+    assert "balance design --motion" in reason
+
+
 def test_inputs_that_rest_follow_one_that_moves():
     """Two inputs at rest both follow the third with ratio 0: no circle of mimics."""
     from balance.masses.remedies.constraints.input_relations import (

@@ -230,11 +230,24 @@ def test_other_inputs_stand_still_or_follow(tmp_path):
     ):
         with pytest.raises(CoordinateError, match=problem):
             revolve_crank(linkage, 4.0, name)
+    with pytest.raises(CoordinateError, match="name it, as in --speed revolute=300rpm"):
+        revolve_crank(linkage, 4.0, None, motion)
     for speed in (0.0, math.nan, math.inf, 1e-7, 1e7):
         with pytest.raises(PoseError, match="is no speed of a crank"):
             revolve_crank(linkage, speed, "revolute")
     with pytest.raises(ValueError, match="either a speed or motions"):
         verify(linkage, speed=1.0, motions=[way])
+
+
+@pytest.mark.parametrize(
+    ("relation", "joint", "rates"),
+    [("u2=u1", "u1", [1.0, 1.0]), ("u1=u2", "u1", [1.0, 1.0]), ("u1=0", "u2", [0.0, 1.0])],
+)
+def test_a_motion_of_one_degree_of_freedom_leaves_one_crank(relation, joint, rates):
+    linkage = kinematics.load("five_bar")
+    motion = kinematics.Motion.parse([relation], linkage.inputs)
+    way, crank = revolve_crank(linkage, 1.0, None, motion)
+    assert crank.joint == joint and np.all(way.ud == rates)
 
 
 @pytest.mark.parametrize(

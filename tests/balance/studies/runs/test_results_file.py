@@ -23,6 +23,11 @@ from kinematics.errors import FileError, LinkageError, UsageError
 from tests.support.covering import ALL_CASES
 from tests.support.squares import Squares
 
+try:
+    import fcntl
+except ImportError:
+    fcntl = None
+
 
 def expected(rows: int) -> list[dict]:
     """The rows of `Squares`, computed one by one without NumPy."""
@@ -210,9 +215,32 @@ def test_two_runs_do_not_share_a_file(tmp_path):
                 getattr(ResultsFile, way)(path, job)
         with ResultsFile.open(path) as reader:
             assert reader.computed() == (64, 64)
-    ResultsFile.resume(path, job).close()
-    # What keeps runs apart is no file that a listing of the folder shows.
-    assert [each.name for each in tmp_path.glob("[!.]*")] == ["a.db"]
+        # What keeps runs apart is no file that a listing of the folder shows.
+        names = {each.name for each in tmp_path.iterdir()}
+        assert names - {"a.db", "a.db-shm", "a.db-wal"} == {".a.db.lock"}
+    first = ResultsFile.resume(path, job)
+    first.close()
+    with ResultsFile.resume(path, job):
+        first.close()  # once more: the lock of the other run stays
+        assert (tmp_path / ".a.db.lock").exists()
+    assert [each.name for each in tmp_path.iterdir()] == ["a.db"]
+
+
+@pytest.mark.skipif(fcntl is None, reason="Windows removes no open file")
+def test_no_run_locks_a_file_that_another_removes(tmp_path, monkeypatch):
+    """One run ends after a second one has opened the lock, and before it locks it."""
+    path, job, flock = tmp_path / "a.db", Squares(), fcntl.flock
+    first = ResultsFile.create(path, job)
+
+    def end_first(descriptor: int, how: int) -> None:
+        monkeypatch.setattr(fcntl, "flock", flock)
+        first.close()
+        flock(descriptor, how)
+
+    monkeypatch.setattr(fcntl, "flock", end_first)
+    with pytest.raises(FileError, match="another run writes it"):
+        ResultsFile.resume(path, job)
+    assert [each.name for each in tmp_path.iterdir()] == ["a.db"]
 
 
 def test_a_run_that_ended_at_once_is_begun_again(tmp_path):

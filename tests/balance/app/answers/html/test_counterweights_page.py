@@ -108,9 +108,15 @@ def test_answers_begin_with_the_sentence(capsys):
     (design,) = report["designs"]
     before, after = report["given"]["force"], design["found"]["force"]
     percent = 100.0 * (1.0 - after / before)
+    peak = 100.0 * (1.0 - design["found"]["peak_force"] / report["given"]["peak_force"])
     assert design["sentence"].startswith(
-        f"Shaking force {before:.3g} → {after:.3g} N rms (−{percent:.0f} %), moment "
+        f"Shaking force {before:.3g} → {after:.3g} N rms (−{percent:.0f} %, peak −{peak:.0f} %)"
     )
+    # `verify` has the same root mean squares by another program.
+    assert main(["verify", MODEL, "--json"]) == 1
+    verified = json.loads(capsys.readouterr().out)["rms"]
+    for part in ("force", "moment"):
+        assert verified[part] == pytest.approx(report["given"][part], rel=1e-9)
     assert main(words) == 0
     printed = capsys.readouterr().out
     assert printed.splitlines()[:2] == [design["sentence"], ""]

@@ -70,7 +70,7 @@ def shape_changes(
 
 
 class ShapeTrial(NamedTuple):
-    """A change that balances, and whether a workshop cuts what it gives in whole pieces."""
+    """A change with which shapes balance, and whether they are whole; see `are_whole`."""
 
     change: Relaxation
     whole: bool

@@ -25,12 +25,14 @@ def five_bar(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_plates_that_come_next_balance_and_are_joined_to_their_links(five_bar):
+def test_the_plates_that_come_next_balance_and_are_joined_to_their_links(five_bar, tmp_path):
     command = f"counterweights {five_bar} --balance force --links all"
     least = asked(shlex.split(command))
     (proposed,) = re.findall(r"^Next, as plates to cut: balance (.*)$", least.out, re.MULTILINE)
     assert proposed.startswith(command) and not re.search("cylinder[(]|ball[(]", proposed)
-    plates = asked(shlex.split(proposed))
+    plates = asked([*shlex.split(proposed), "--parts", str(tmp_path / "parts")])
+    told = (tmp_path / "parts" / "README.txt").read_text()
+    assert "layer a\npart is in, and whether it collides" in told
     assert plates.code == 0 and "Next" not in plates.out and PLATES not in plates.out
     assert len(re.findall("fills 100 % of a", plates.out)) == 4
     assert not re.search("^(arm|sliver) ", plates.out, re.MULTILINE)

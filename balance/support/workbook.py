@@ -12,6 +12,8 @@ from kinematics.errors import PackageError
 
 # The same table gives the same bytes: all parts of the file are of this time.
 WRITTEN = datetime(2000, 1, 1)
+# Characters of the narrowest column: Excel rounds numbers to what a column shows.
+LEAST_WIDTH = 10
 # The part of a workbook with its properties, and when it was modified.
 PROPERTIES, MODIFIED = "docProps/core.xml", re.compile(rb"(<dcterms:modified[^>]*>)[^<]*")
 
@@ -53,6 +55,8 @@ def workbook_of(table: bytes, title: str = "motion") -> bytes:
         sheet.append([_cell(word) for word in row])
     for cell in sheet[1]:
         cell.font = Font(bold=True)
+        width = max(LEAST_WIDTH, len(str(cell.value)) + 2)
+        sheet.column_dimensions[cell.column_letter].width = width
     sheet.freeze_panes = "A2"
     packed = BytesIO()
     book.save(packed)

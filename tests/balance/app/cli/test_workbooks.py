@@ -27,6 +27,13 @@ def test_cells_are_numbers_and_names(tmp_path):
     assert workbook_of(table) == path.read_bytes()
 
 
+def test_columns_are_as_wide_as_their_names(tmp_path):
+    path = tmp_path / "t.xlsx"
+    path.write_bytes(workbook_of(b"row,crank.counterweight.mass (kg)\n0,0.123456789\n"))
+    widths = openpyxl.load_workbook(path)["motion"].column_dimensions
+    assert widths["A"].width >= 10 and widths["B"].width > len("crank.counterweight.mass (kg)")
+
+
 @pytest.mark.slow
 def test_the_command_writes_the_numbers_of_the_table(tmp_path):
     """Cell by cell, to the last digit that Excel keeps."""

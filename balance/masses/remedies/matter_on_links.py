@@ -157,6 +157,11 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     made = load(document, None, request.linkage.inputs, angles=request.angles)
     reason = design.words + places_text(design.weights)
     reason += rim_text(design.weights, request.links, "leave less")
+    if design.weights:
+        reason += (
+            f"; they fit {len(design.motions)} random motions, so that alike links may get "
+            "different ones; balance reduce --csv FILE fits one of yours"
+        )
     details = {
         f"{part}_{when}": getattr(figures, part)
         for part in ("force", "moment")

@@ -11,7 +11,12 @@ from balance.app.answers.html.plot_style import image, tidy
 from balance.app.answers.html.render import facts_list, rows_table
 from balance.app.answers.html.time_panels import COLOURS
 from balance.app.answers.html.verification import verification_picture
-from balance.app.answers.text.partial_balance import front_facts, front_rows, part_word
+from balance.app.answers.text.partial_balance import (
+    front_facts,
+    front_rows,
+    part_word,
+    room_sentence,
+)
 from balance.masses.partial_balance.partial_balance import ParetoFront, PartialBalance
 from balance.motion.verification.before_after import BeforeAfter, compare_masses
 from kinematics.numerics.array_types import Array
@@ -38,7 +43,7 @@ def front_page(front: ParetoFront) -> str:
     """
     best = front.designs[-1]
     assert best.z is not None
-    loads, summary = loads_of(best), best.sentence
+    loads, summary = loads_of(best), f"{best.sentence} {room_sentence(best)}".rstrip()
     if front.minimise != "peak":
         summary += f" Peaks of the curves: {loads.words[0].lower()}{loads.words[1:]}."
     return added_matter_page(

@@ -204,7 +204,7 @@ def _wider_text(wider: WiderRegions) -> str:
     return f"{options} leaves {size_text(wider.share, '.3g', floor=SHAKING_GAP_PROVED)}"
 
 
-def _default_room_text(best: PartialBalance) -> str:
+def room_sentence(best: PartialBalance) -> str:
     """Say in a sentence that regions by default leave no room for the budget; or nothing."""
     if not best.wider:
         return ""
@@ -386,8 +386,7 @@ def part_word(design: PartialBalance) -> str:
 def front_body(front: ParetoFront) -> AnswerBody:
     """Build what is printed on designs, of which the last one is described in full."""
     best = front.designs[-1]
-    room = _default_room_text(best) if len(front.designs) == 1 else ""
-    lead = [best.sentence, *[room] * bool(room)]
+    lead = [best.sentence, *filter(None, [room_sentence(best)])]
     body: list[AnswerPart] = [*lead, "", Facts(front_facts(front))]
     if len(front.designs) > 1:
         body += ["", AnswerTable(front_rows(front))]

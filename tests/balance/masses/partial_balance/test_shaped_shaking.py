@@ -286,6 +286,15 @@ def test_the_page_has_the_size_that_is_printed(one_arm, tmp_path, capsys):
     assert STEEL * area * 0.02 == pytest.approx(0.3, rel=1e-3) and width == radius
 
 
+def test_the_page_says_which_region_does_more(one_arm, tmp_path, capsys):
+    page = tmp_path / "page.html"
+    words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.3", "--speed", "30rad/s"]
+    assert main([*words, "--balance=force", "--html", str(page)]) == 0
+    lead, room = capsys.readouterr().out.splitlines()[:2]
+    assert room.startswith("The default regions are too small: --region a=")
+    assert f"{lead} {room}" in " ".join(page.read_text("utf-8").split())
+
+
 def test_a_region_that_bounds_nothing_is_told_without_its_rim(one_arm, capsys):
     """A sector of a given radius is no larger in a larger region."""
     words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.05", "--speed", "30rad/s"]

@@ -47,7 +47,7 @@ PartialVerdict = Literal["optimal", "infeasible", "undecided"]
 
 
 class WiderRegions(NamedTuple):
-    """What the same budget leaves in larger regions.
+    """What the same budget leaves in larger regions; in place of shapes with webs, any shape.
 
     Attributes:
         regions: the balls that are larger, by name of the link.

@@ -59,10 +59,18 @@ def at_rim(design: PartialBalance) -> list[str]:
     return [x.link for x in design.weights if is_at_rim(space, x, regions[x.link])]
 
 
+def has_webs(design: PartialBalance) -> bool:
+    """Whether shapes of the kind that was asked for may have webs."""
+    return design.shape is not None and not design.shape.startswith("sector")
+
+
 def try_wider_regions(
     design: PartialBalance, links: Sequence[str], options: ShakingOptions
 ) -> tuple[WiderRegions, ...]:
     """Solve the question of a design in larger regions, until more room saves little.
+
+    In place of shapes with webs, which are not proved to be the best, matter of any shape is
+    taken there.
 
     Args:
         design: a design.
@@ -75,11 +83,11 @@ def try_wider_regions(
     """
     limited = lacks_room(design) or (at_rim(design) and not reaches_least(design))
     given, wider = default_regions(design) if limited else {}, list[WiderRegions]()
-    last = design.share
+    last, shape = design.share, None if has_webs(design) else options.shape
     for factor in FACTORS if given else ():
         balls = {x: _wider_ball(region, factor) for x, region in given.items()}
         regions = {**(options.regions or {}), **balls}
-        asked = replace(options, regions=regions, motions=design.motions)
+        asked = replace(options, regions=regions, motions=design.motions, shape=shape)
         problem = build_problem(design.space, links, asked)
         answer = problem.solve(design.budget)
         if isinstance(answer, CapsConflict):

@@ -36,6 +36,7 @@ from balance.masses.partial_balance.wider_regions import (
     WORTH_MORE_ROOM,
     at_rim,
     default_regions,
+    has_webs,
     lacks_room,
     reaches_least,
 )
@@ -194,7 +195,8 @@ def _more_room(best: PartialBalance) -> str:
         little = f"twice the radius saves less than {WORTH_MORE_ROOM:.0%}"
         return little if tried else "--region L=SHAPE gives room"
     few = len(best.wider[-1].regions) <= MOST_OPTIONS
-    return ", ".join(_wider_text(wider) for wider in (best.wider if few else best.wider[-1:]))
+    parts = [_wider_text(wider) for wider in (best.wider if few else best.wider[-1:])]
+    return f"{', '.join(parts)}{_any_shape(best)}"
 
 
 def _wider_text(wider: WiderRegions) -> str:
@@ -204,14 +206,18 @@ def _wider_text(wider: WiderRegions) -> str:
     return f"{options} leaves {size_text(wider.share, '.3g', floor=SHAKING_GAP_PROVED)}"
 
 
+def _any_shape(best: PartialBalance) -> str:
+    """Say of what shape the matter in larger regions is, if it is not the one asked for."""
+    return ", of any shape" if has_webs(best) else ""
+
+
 def room_sentence(best: PartialBalance) -> str:
     """Say in a sentence that regions by default leave no room for the budget; or nothing."""
     if not best.wider:
         return ""
-    text = f"{_wider_text(best.wider[-1])} of the {best.front.objective}"
-    return (
-        f"The default regions are too small: {text} ({mass_added_text(best.wider[-1].mass)})."
-    )
+    widest = best.wider[-1]
+    left = f"{_wider_text(widest)} of the {best.front.objective}{_any_shape(best)}"
+    return f"The default regions are too small: {left} ({mass_added_text(widest.mass)})."
 
 
 def _shaped_room_facts(

@@ -122,9 +122,11 @@ def larger_regions(
         wide = {b: _wider(space, b, stocks[b].region, largest, radius) for b in bodies}
         larger = {b: stocks[b]._replace(region=wide.get(b, stocks[b].region)) for b in stocks}
         # All links with one size are tried first: all choices of several take long.
-        if not any(balancing_shapes(answer, larger, [shape]) for shape in choices):
-            return None
-        shaped = balancing_shapes(answer, larger, choices)
+        shaped = next(
+            filter(None, (balancing_shapes(answer, larger, [shape]) for shape in choices)), None
+        )
+        if shaped is not None and len(choices) > 1:
+            shaped = balancing_shapes(answer, larger, choices)
         if shaped is None:
             return None
         texts = {b: _text_of(space, b, wide[b]) for b in bodies}

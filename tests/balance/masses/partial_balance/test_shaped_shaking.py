@@ -241,7 +241,8 @@ def test_a_larger_region_leaves_less_where_a_shape_is_at_its_rim(
 ):
     """The region by default is a ball of half the distance 0.05 m of the centre of mass."""
     words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.05", "--speed", "30rad/s"]
-    words += ["--balance", "force", "--shape", shape]
+    words += ["--balance", "force"]
+    shaped = ["--shape", shape]
 
     def run(text, *options):
         code = main([*words, *(["--region", f"a={text}"] if text else []), *options])
@@ -249,10 +250,10 @@ def test_a_larger_region_leaves_less_where_a_shape_is_at_its_rim(
         assert code == 0
         return out
 
-    def force_in(text):
-        return json.loads(run(text, "--json"))["designs"][0]["found"]["force"]
+    def force_in(text, kind=shaped):
+        return json.loads(run(text, *kind, "--json"))["designs"][0]["found"]["force"]
 
-    lines = run(region).splitlines()
+    lines = run(region, *shaped).splitlines()
     room = next(line for line in lines if line.startswith("room "))
     place = f"{region} of a;" if region else "ball(0,0,0,0.025) of a (the default);"
     assert room.split(maxsplit=1)[1].startswith(place)
@@ -260,9 +261,12 @@ def test_a_larger_region_leaves_less_where_a_shape_is_at_its_rim(
     if region:
         assert room.count("--region L=SHAPE gives room") == 1
     else:
-        saved = (force_in("") - force_in("50mm")) / (NEEDED * 30.0**2)
+        # Webs are not proved to be the best: in their place matter of any shape is tried.
+        webs = not shape.startswith("sector")
+        twice = force_in("50mm", [] if webs else shaped)
+        saved = (force_in("") - twice) / (NEEDED * 30.0**2)
         more = "--region a=50mm leaves " if saved > 0.02 else "twice the radius saves less than"
-        assert room.count(more) == 1
+        assert room.count(more) == 1 and (", of any shape" in room) == (webs and saved > 0.02)
         lead = lines[1].startswith("The default regions are too small: --region a=")
         assert lead == (saved > 0.02)
     assert force_in(wider) < force_in(region)

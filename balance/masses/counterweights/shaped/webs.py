@@ -33,7 +33,7 @@ NODES = 24
 # falls with the root of the mass alone.
 SLIGHT = 1e-5
 # Most steps until shapes settle beside their webs, and what is settled, over the whole mass.
-MOST_STEPS, SETTLED = 30, 1e-6
+MOST_STEPS, SETTLED = 100, 1e-6
 # Steps without half the change, from which on what is left is the round-off of the solver.
 PATIENCE = 3
 # Parts of a change that a step takes, the second one where the first does not settle; halvings

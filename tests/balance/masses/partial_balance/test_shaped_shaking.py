@@ -290,6 +290,25 @@ def test_the_page_has_the_size_that_is_printed(one_arm, tmp_path, capsys):
     assert STEEL * area * 0.02 == pytest.approx(0.3, rel=1e-3) and width == radius
 
 
+@pytest.mark.slow
+def test_webs_settle_where_they_are_most_of_the_mass():
+    """A disc of 6 mm on a bar of 0.6 m; other rounding took 30 to 50 steps."""
+    regions = {"crank": "632mm", "rocker": "1460mm"}
+    best = balance.partial(
+        "four_bar_general",
+        "crank,rocker",
+        0.6,
+        regions=regions,
+        balance="force",
+        shape="disc=20mm",
+    )
+    (weight,) = best.weights
+    assert weight.web is not None and not weight.floats
+    _, wide, _ = 2.0 * np.linalg.norm(weight.web.place[:3, :3], axis=0)
+    assert wide == pytest.approx(np.linalg.norm(weight.region.place[:3, 0]), rel=1e-9)
+    assert best.share > best.least_objective / best.given.objective
+
+
 def test_the_page_says_which_region_does_more(one_arm, tmp_path, capsys):
     page = tmp_path / "page.html"
     words = ["reduce", str(one_arm), "--links", "a", "--budget", "0.3", "--speed", "30rad/s"]

@@ -260,8 +260,7 @@ class RemedyRequest:
         Raises:
             PoseError: there are none near the reference pose.
         """
-        limits = motion_of(self.linkage, self.motion or None)
-        return tuple(random_motions(self.linkage, MOTIONS, POSES, motion=limits))
+        return self._random_motions(MOTIONS, POSES)
 
     @cached_property
     def motions_of_loads(self) -> tuple[Trajectory, ...]:
@@ -270,8 +269,12 @@ class RemedyRequest:
         Raises:
             PoseError: there are none near the reference pose.
         """
+        return self._random_motions(RANDOM_MOTIONS, SAMPLES)
+
+    def _random_motions(self, count: int, samples: int) -> tuple[Trajectory, ...]:
+        """Make random motions under the relations of the request."""
         limits = motion_of(self.linkage, self.motion or None)
-        return tuple(random_motions(self.linkage, RANDOM_MOTIONS, SAMPLES, motion=limits))
+        return tuple(random_motions(self.linkage, count, samples, motion=limits))
 
     @cached_property
     def input_inertia(self) -> dict[str, float]:

@@ -18,7 +18,7 @@ from typing import Any, Self
 import numpy as np
 
 from balance.studies.sweeps.constraints import read_constraints
-from balance.studies.sweeps.parameter_paths import PathError, read_sites
+from balance.studies.sweeps.parameter_paths import PathError, Sites, read_sites
 from balance.studies.sweeps.quantities import are_slow, read_quantities, share_motion
 from balance.studies.sweeps.ranges import (
     MOST_POINTS,
@@ -273,9 +273,12 @@ def _read_ranges(table: Tables, model: _ModelText, source: str) -> Iterator[tupl
     if not table:
         remedy = 'write for instance "q2.origin.x" = "0.1:0.4:31"'
         raise FileError(source, "[parameters]", "nothing varies", remedy)
+    sites = read_sites(model.load()) if "%" in str(dict(table)) else None
     for path, value in _flat(table, ""):
         try:
-            numbers = resolve_percentages(value, partial(_value_in_model, model, path))
+            numbers = value
+            if sites is not None:
+                numbers = resolve_percentages(value, partial(_value_in_model, sites, path))
             yield path, read_range(numbers, *quantities_of_path(path))
         except (PathError, RangeError) as error:
             remedy = 'give "first:last:count", a list, or {uniform = [a, b]}'
@@ -283,9 +286,8 @@ def _read_ranges(table: Tables, model: _ModelText, source: str) -> Iterator[tupl
             raise FileError(source, where, str(error), remedy) from None
 
 
-def _value_in_model(model: _ModelText, path: str) -> float:
+def _value_in_model(sites: Sites, path: str) -> float:
     """Compute the value that a path has in a model; raise PathError if it has none."""
-    sites = read_sites(model.load())
     return sites.value(sites.find(path))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -184,7 +185,8 @@ def single(
     check_budget(budget)
     problem = build_problem(space, links, options, progress)
     design = _describe(problem, [budget], [problem.solve(budget)])[0]
-    return replace(design, wider=try_wider_regions(design, links, options)).front
+    try_wider = functools.partial(try_wider_regions, links=links, options=options)
+    return replace(design, try_wider=try_wider).front
 
 
 def pareto(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import isfinite
 from os import PathLike
 from typing import Literal, NamedTuple
@@ -95,8 +96,7 @@ class PartialBalance(WithPage, WithPicture):
         least_objective: the least objective of matter of any shape; None without a shape.
         least_anywhere: no matter on the links has a smaller objective, wherever it is and
             however much; None if the largest load is minimised.
-        wider: where regions by default have no room for the budget, what it leaves in larger
-            ones.
+        try_wider: computes ``wider`` of the design; None for none.
     """
 
     page_maker = "partial_balance:partial_balance_page"
@@ -121,7 +121,15 @@ class PartialBalance(WithPage, WithPicture):
     shape: str | None = None
     least_objective: float | None = None
     least_anywhere: float | None = None
-    wider: tuple[WiderRegions, ...] = ()
+    try_wider: Callable[[PartialBalance], tuple[WiderRegions, ...]] | None = None
+
+    @cached_property
+    def wider(self) -> tuple[WiderRegions, ...]:
+        """What the budget leaves in larger regions, where those by default have no room for it.
+
+        Each is solved when this is first asked for.
+        """
+        return self.try_wider(self) if self.try_wider else ()
 
     @property
     def front(self) -> ParetoFront:

@@ -50,7 +50,7 @@ def lacks_room(design: PartialBalance) -> bool:
     return bool(design.weights) and determined and not (full or reaches_least(design))
 
 
-def at_rim(design: PartialBalance) -> list[str]:
+def links_at_rim(design: PartialBalance) -> list[str]:
     """List the links whose shapes would grow or move if their regions were larger."""
     # A sector whose radius is given does not grow with its region.
     if design.shape is None or "," in design.shape:
@@ -59,7 +59,7 @@ def at_rim(design: PartialBalance) -> list[str]:
     return [x.link for x in design.weights if is_at_rim(space, x, regions[x.link])]
 
 
-def has_webs(design: PartialBalance) -> bool:
+def may_have_webs(design: PartialBalance) -> bool:
     """Whether shapes of the kind that was asked for may have webs."""
     return design.shape is not None and not design.shape.startswith("sector")
 
@@ -81,9 +81,9 @@ def try_wider_regions(
         What is left for each factor that was tried; none if regions do not limit the design, no
         region is that by default, or more room saves little.
     """
-    limited = lacks_room(design) or (at_rim(design) and not reaches_least(design))
+    limited = lacks_room(design) or (links_at_rim(design) and not reaches_least(design))
     given, wider = default_regions(design) if limited else {}, list[WiderRegions]()
-    last, shape = design.share, None if has_webs(design) else options.shape
+    last, shape = design.share, None if may_have_webs(design) else options.shape
     for factor in FACTORS if given else ():
         balls = {x: _wider_ball(region, factor) for x, region in given.items()}
         regions = {**(options.regions or {}), **balls}

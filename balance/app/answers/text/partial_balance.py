@@ -34,10 +34,10 @@ from balance.masses.partial_balance.wider_regions import (
     HARDLY_SHAKES,
     USED,
     WORTH_MORE_ROOM,
-    at_rim,
     default_regions,
-    has_webs,
     lacks_room,
+    links_at_rim,
+    may_have_webs,
     reaches_least,
 )
 from balance.motion.verification.crank_revolution import TURN, Crank
@@ -191,12 +191,12 @@ def _room_facts(best: PartialBalance) -> list[tuple[str, str]]:
 def _more_room(best: PartialBalance) -> str:
     """Write the options that give room, and what is left with them."""
     if not best.wider:
-        tried = default_regions(best) and (lacks_room(best) or at_rim(best))
+        tried = default_regions(best) and (lacks_room(best) or links_at_rim(best))
         little = f"twice the radius saves less than {WORTH_MORE_ROOM:.0%}"
         return little if tried else "--region L=SHAPE gives room"
     few = len(best.wider[-1].regions) <= MOST_OPTIONS
     parts = [_wider_text(wider) for wider in (best.wider if few else best.wider[-1:])]
-    return f"{', '.join(parts)}{_any_shape(best)}"
+    return f"{', '.join(parts)}{_any_shape_text(best)}"
 
 
 def _wider_text(wider: WiderRegions) -> str:
@@ -206,9 +206,9 @@ def _wider_text(wider: WiderRegions) -> str:
     return f"{options} leaves {size_text(wider.share, '.3g', floor=SHAKING_GAP_PROVED)}"
 
 
-def _any_shape(best: PartialBalance) -> str:
+def _any_shape_text(best: PartialBalance) -> str:
     """Say of what shape the matter in larger regions is, if it is not the one asked for."""
-    return ", of any shape" if has_webs(best) else ""
+    return ", of any shape" if may_have_webs(best) else ""
 
 
 def room_sentence(best: PartialBalance) -> str:
@@ -216,7 +216,7 @@ def room_sentence(best: PartialBalance) -> str:
     if not best.wider:
         return ""
     widest = best.wider[-1]
-    left = f"{_wider_text(widest)} of the {best.front.objective}{_any_shape(best)}"
+    left = f"{_wider_text(widest)} of the {best.front.objective}{_any_shape_text(best)}"
     return f"The default regions are too small: {left} ({mass_added_text(widest.mass)})."
 
 
@@ -234,13 +234,15 @@ def _shaped_room_facts(
         for link, region in best.regions.items()
     ]
     text = "; ".join([", ".join(places), *(words for _, words in used)])
-    if bound := at_rim(best):
-        text += f"; {', '.join(bound)} at the rim of the region: a larger one {_gain(best)}"
+    if bound := links_at_rim(best):
+        text += (
+            f"; {', '.join(bound)} at the rim of the region: a larger one {_gain_text(best)}"
+        )
         text += "" if used or reaches_least(best) else f"; {_more_room(best)}"
     return [("room", text)]
 
 
-def _gain(best: PartialBalance) -> str:
+def _gain_text(best: PartialBalance) -> str:
     """Say what a larger region is good for."""
     if best.least_anywhere is None:
         return "leaves less, or as much with less mass"

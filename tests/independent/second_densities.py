@@ -31,7 +31,7 @@ def chain_matrices(space):
 VIOLATED = 2e-8
 # Tolerances and settings of the solver, tried one after the other: which of them reaches its
 # tolerance depends on the processor.
-WAYS = tuple(
+SOLVER_SETTINGS = tuple(
     {**dict.fromkeys(("tol_feas", "tol_gap_abs", "tol_gap_rel"), accuracy), **settings}
     for accuracy in (1e-10, 1e-9, 1e-8)
     for settings in ({}, {"equilibrate_enable": False}, {"iterative_refinement_max_iter": 30})
@@ -100,7 +100,7 @@ def solve_in_turn(problem, limits):
     import cvxpy as cp
 
     value, status = None, "failed"
-    for settings in WAYS:
+    for settings in SOLVER_SETTINGS:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             try:

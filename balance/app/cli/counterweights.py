@@ -29,7 +29,7 @@ from balance.app.cli.motion_source import (
     notices_of,
     random_motions_remark,
 )
-from balance.app.cli.next_command import cut_command, reduce_command, relaxed_command
+from balance.app.cli.next_command import plates_command, reduce_command, relaxed_command
 from balance.app.cli.number_arguments import finite_number, whole_number
 from balance.app.cli.outputs import (
     add_out_option,
@@ -164,7 +164,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
                 matter,
                 reduce,
                 relaxed_command(arguments, matter),
-                cut_command(arguments, matter),
+                plates_command(arguments, matter),
             ),
             *payload_section(load),
         ],

@@ -100,7 +100,7 @@ def relaxed_command(arguments: argparse.Namespace, matter: Counterweights) -> st
     return shlex.join(["balance", "counterweights", *words]) if words else ""
 
 
-def cut_command(arguments: argparse.Namespace, matter: Counterweights) -> str:
+def plates_command(arguments: argparse.Namespace, matter: Counterweights) -> str:
     """Write the request for a shape of plate in place of any shape; see `propose_shape`.
 
     Args:
